@@ -28,10 +28,17 @@ endif()
 set_target_properties(bf PROPERTIES INSTALL_RPATH "$ORIGIN/../lib;${wheels}")
 set_target_properties(bf PROPERTIES BUILD_WITH_INSTALL_RPATH ON)
 if(BF_ROBOTS)
-    foreach(plugin WholeBodyToolbox WholeBodyCameras)
+    foreach(plugin WholeBodyToolbox WholeBodyCameras SharedMemory)
         set_target_properties(${plugin} PROPERTIES INSTALL_RPATH "$ORIGIN/..;${wheels_of_plugins}" BUILD_WITH_INSTALL_RPATH ON)
         install(TARGETS ${plugin} LIBRARY DESTINATION lib/blockfactory)
     endforeach()
+    # What back ends of robots outside this tree implement.
+    set_target_properties(bf_robot PROPERTIES EXPORT_NAME robot)
+    install(TARGETS bf_robot EXPORT BlockFactory INCLUDES DESTINATION include)
+    install(FILES toolbox/include/bf/toolbox/robot_device.hpp DESTINATION include/bf/toolbox)
+    install(FILES physics/include/bf/physics/joint_control.hpp DESTINATION include/bf/physics)
+    install(FILES middleware/include/bf/middleware/exchange.hpp middleware/include/bf/middleware/clock.hpp
+        DESTINATION include/bf/middleware)
 endif()
 
 # Blocks outside this tree must agree with core on the layout of Eigen's objects and on floating-point arithmetic.
@@ -68,6 +75,7 @@ if(CMAKE_CROSSCOMPILING)
         set(OBJDUMP ${CMAKE_OBJDUMP})
         set(FROM ${wheels} ${libraries})
         set(TO \$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/lib)
-        set(FILES \${TO}/../bin/bf \${TO}/blockfactory/WholeBodyToolbox.so \${TO}/blockfactory/WholeBodyCameras.so)")
+        set(FILES \${TO}/../bin/bf \${TO}/blockfactory/WholeBodyToolbox.so \${TO}/blockfactory/WholeBodyCameras.so
+            \${TO}/blockfactory/SharedMemory.so)")
     install(SCRIPT cmake/CopyLibraries.cmake)
 endif()

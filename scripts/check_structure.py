@@ -56,7 +56,7 @@ def folder_of(header, folders):
     match = re.match(r"bf/(\w+)(/(\w+))?", header)
     if not match:
         return None
-    for name in (match.group(1), f"toolbox/{match.group(1)}", f"editor/{match.group(1)}", f"formats/{match.group(3)}"):
+    for name in (match.group(1), f"toolbox/{match.group(1)}", f"middleware/{match.group(1)}", f"editor/{match.group(1)}", f"formats/{match.group(3)}"):
         if name in folders:
             return name
     return "formats/yaml" if match.group(1) == "formats" else match.group(1)

@@ -6,6 +6,7 @@ namespace bf {
 
 namespace {
 std::atomic<const volatile std::sig_atomic_t*> interrupt{nullptr}; // signals belong to the process, too
+std::atomic<void (*)(const char*)> listener{nullptr};              // and so does its terminal
 } // namespace
 
 bool is_interrupted() noexcept {
@@ -15,6 +16,14 @@ bool is_interrupted() noexcept {
 
 void look_for_interrupt(const volatile std::sig_atomic_t* flag) noexcept {
     interrupt.store(flag, std::memory_order_release);
+}
+
+void tell_wait(const char* what) noexcept {
+    if (auto* told = listener.load(std::memory_order_acquire)) told(what);
+}
+
+void listen_to_waits(void (*told)(const char* what)) noexcept {
+    listener.store(told, std::memory_order_release);
 }
 
 } // namespace bf

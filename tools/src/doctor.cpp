@@ -76,6 +76,23 @@ nlohmann::ordered_json examine_real_time(const utsname& system) {
     return list;
 }
 
+/// Ways to robots of other programs, each a plugin, and what is missing.
+nlohmann::ordered_json examine_middlewares(const std::vector<std::string>& plugins) {
+    nlohmann::ordered_json list;
+    const auto add = [&](const char* name, const char* plugin, const char* build,
+                         const std::string& missing) {
+        const bool is_there = std::find(plugins.begin(), plugins.end(), plugin) != plugins.end();
+        list.push_back({{"name", name}, {"plugin", plugin}, {"good", is_there && missing.empty()}});
+        if (!is_there)
+            list.back()["remedy"] = std::string("there is no plugin ") + plugin + ": " + build;
+        else if (!missing.empty())
+            list.back()["remedy"] = missing;
+    };
+    add("shared memory", "SharedMemory", "build BlockFactory with BF_ROBOTS=ON",
+        access("/dev/shm", W_OK) == 0 ? "" : "/dev/shm cannot be written: mount a tmpfs there");
+    return list;
+}
+
 nlohmann::ordered_json examine() {
     utsname system{};
     uname(&system);
@@ -104,6 +121,7 @@ nlohmann::ordered_json examine() {
         }
         json["plugins"].push_back(std::move(entry));
     }
+    json["middlewares"] = examine_middlewares(registry->available_plugins());
     json["robot_models"] = {{"path", BF_ROBOT_MODELS "/iCub"},
                             {"exists", std::filesystem::exists(BF_ROBOT_MODELS "/iCub")}};
     return json;
@@ -134,6 +152,10 @@ void print(const nlohmann::ordered_json& json) {
         else
             line("plugin", true,
                  text(plugin["name"]) + ", " + std::to_string(plugin["blocks"].get<int>()) + " blocks");
+    for (const auto& entry : json["middlewares"]) {
+        line("middleware", entry["good"], text(entry["name"]) + ", plugin " + text(entry["plugin"]));
+        if (entry.contains("remedy")) std::printf("%-17s %s\n", "", text(entry["remedy"]).c_str());
+    }
     line("robots", json["robot_models"]["exists"], text(json["robot_models"]["path"]));
 }
 
@@ -145,8 +167,8 @@ bool has_broken_plugin(const nlohmann::ordered_json& json) {
 } // namespace
 
 void add_doctor(CLI::App& app) {
-    auto* command = app.add_subcommand(
-        "doctor", "what this machine has: real-time limits, programs, plugins and where they were searched");
+    auto* command = app.add_subcommand("doctor", "what this machine has: real-time limits, programs, plugins "
+                                                 "and where they were searched, middlewares");
     auto as_json = std::make_shared<bool>(false);
     command->add_flag("--json", *as_json, "print as JSON");
     command->footer("What is missing is marked NO. Exit code 1 when a plugin is broken.\nExample: bf doctor");

@@ -1,8 +1,11 @@
 #include "robots.hpp"
 
+#include "bf/engine/simulation.hpp"
 #include "bf/physics/figure.hpp"
 #include "bf/toolbox/shared_world.hpp"
 #include "bf/toolbox/simulated_robot.hpp"
+
+#include <algorithm>
 
 namespace bf::tools {
 
@@ -20,6 +23,39 @@ std::vector<std::pair<std::string, const physics::World*>> worlds_of(const Diagr
             worlds.emplace_back(node.path, &simulated->world());
     }
     return worlds;
+}
+
+std::vector<RunningRobot> robots_of(const Simulation& simulation) {
+    const auto& nodes = simulation.diagram().nodes;
+    std::vector<RunningRobot> robots;
+    for (std::size_t n = 0; n < nodes.size(); ++n) {
+        const auto& declaration = nodes[n].block->declaration();
+        for (std::size_t i = 0; i < declaration.objects.size(); ++i) {
+            const int provision = declaration.objects[i].provision;
+            if (provision < 0 || declaration.provisions[static_cast<std::size_t>(provision)].type !=
+                                     toolbox::RobotDevice::resource)
+                continue;
+            RunningRobot robot{
+                nodes[n].path,
+                static_cast<const toolbox::RobotDevice*>(
+                    nodes[n].block->resolution().find_provided(toolbox::RobotDevice::resource)),
+                static_cast<toolbox::RobotConnection*>(
+                    simulation.context().frame(static_cast<int>(n)).objects[i]),
+                ""};
+            const auto is_it = [&](const Node::End& from) {
+                return from.node == static_cast<int>(n) && from.slot == provision;
+            };
+            for (const auto& user : nodes)
+                if (user.type.substr(user.type.rfind('/') + 1).starts_with("Set") &&
+                    std::ranges::any_of(user.providers, is_it))
+                    robot.driven_by = user.path;
+            if (const int tau = declaration.find("tau", Role::input);
+                tau >= 0 && nodes[n].sources[static_cast<std::size_t>(tau)].node >= 0)
+                robot.driven_by = nodes[n].path + ".tau";
+            robots.push_back(std::move(robot));
+        }
+    }
+    return robots;
 }
 
 std::vector<std::pair<std::string, const physics::Scene*>> shared_worlds_of(const Diagram& diagram) {

@@ -19,6 +19,11 @@ using Vector6d = Eigen::Matrix<double, 6, 1>;
 } // namespace bf::physics
 namespace bf::toolbox {
 class ContactSensor;
+class RobotConnection;
+class RobotDevice;
+} // namespace bf::toolbox
+namespace bf {
+class Simulation;
 }
 
 namespace bf::tools {
@@ -28,6 +33,15 @@ std::filesystem::path urdf_of(const Resolution& block);
 
 /// The physics worlds of a diagram with the paths of their blocks.
 std::vector<std::pair<std::string, const physics::World*>> worlds_of(const Diagram& diagram);
+
+/// A robot that a block of a running diagram provides.
+struct RunningRobot {
+    std::string path; ///< of the block
+    const toolbox::RobotDevice* device;
+    toolbox::RobotConnection* connection;
+    std::string driven_by; ///< block of the diagram that commands it; empty: none does
+};
+std::vector<RunningRobot> robots_of(const Simulation& simulation);
 
 /// Those that several robots share.
 std::vector<std::pair<std::string, const physics::Scene*>> shared_worlds_of(const Diagram& diagram);

@@ -1,5 +1,7 @@
 #include "terminal.hpp"
 
+#include "bf/base/escape.hpp"
+
 #include <BlockFactory/Core/Log.h>
 #include <chrono>
 #include <cstdio>
@@ -88,6 +90,17 @@ void refuse_incomplete(const recording::Recording& recording, const std::string&
     if (!recording.complete)
         throw CommandError(output + " holds only what could be read of " + file +
                            ", which is damaged or cut");
+}
+
+InterruptGuard::InterruptGuard() {
+    look_for_interrupt(flag());
+    listen_to_waits(
+        [](const char* what) { std::fprintf(stderr, "  waits for %s\n", escape::terminal(what).c_str()); });
+}
+
+InterruptGuard::~InterruptGuard() {
+    look_for_interrupt(nullptr);
+    listen_to_waits(nullptr);
 }
 
 std::string without_interruption(std::string failure) {

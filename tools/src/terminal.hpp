@@ -58,10 +58,11 @@ struct Interrupted : CommandError {
     int signal;
 };
 
-/// While one lives, blocks that wait end early at a signal, too.
+/// While one lives, blocks that wait end early at a signal, too, and standard error tells what a start waits
+/// for.
 struct InterruptGuard : realtime::InterruptGuard {
-    InterruptGuard() { look_for_interrupt(flag()); }
-    ~InterruptGuard() { look_for_interrupt(nullptr); }
+    InterruptGuard();
+    ~InterruptGuard();
 };
 
 /// Why a run failed; nothing where it only ended a wait because of a signal.

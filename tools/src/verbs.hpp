@@ -20,6 +20,7 @@ void add_diff(CLI::App& app);
 void add_edit(CLI::App& app);
 void add_view(CLI::App& app);
 void add_publish(CLI::App& app);
+void add_serve(CLI::App& app);
 void add_tune(CLI::App& app);
 void add_doctor(CLI::App& app);
 

@@ -22,6 +22,9 @@ void add_missing(CLI::App& app, const char* verb, const std::string& what, const
 void add_film(CLI::App& app) {
     add_missing(app, "film", "render recordings of physics worlds", "render films");
 }
+void add_serve(CLI::App& app) {
+    add_missing(app, "serve", "let other programs drive the robots of a model", "serve robots");
+}
 void add_tune(CLI::App& app) {
     add_missing(app, "tune", "find gains of a robot's position loops, by simulated steps", "tune robots");
 }

@@ -249,8 +249,11 @@ TEST_F(Verbs, DoctorSaysWhatThereIs) {
     EXPECT_CONTAINS(bf("doctor").out, "plugin       yes  WholeBodyCameras");
     const auto json = nlohmann::json::parse(bf("doctor --json").out);
     EXPECT_EQ(json["version"], "0.1.0");
-    EXPECT_EQ(json["plugins"][0]["name"], "WholeBodyCameras");
-    EXPECT_EQ(json["plugins"][1]["name"], "WholeBodyToolbox");
+    for (const auto& [number, plugin] :
+         {std::pair(0, "SharedMemory"), {1, "WholeBodyCameras"}, {2, "WholeBodyToolbox"}})
+        EXPECT_EQ(json["plugins"][number]["name"], plugin);
+    EXPECT_EQ(json["middlewares"][0]["name"], "shared memory");
+    EXPECT_EQ(json["middlewares"][0]["good"], true);
 }
 
 TEST_F(Verbs, PlotDrawsThePanelsOfTheModelOrTheSignalsNamed) {

@@ -44,9 +44,6 @@ class LoopBlock : public DeviceBlock {
             inference.claim({robot->identity(), std::string(letter) + " of joint '" + joints[i] +
                                                     "' in its " + control_type + " loop"});
     }
-
-    static constexpr char not_read[] = "the robot did not tell its gains; look at its connection";
-    static constexpr char not_written[] = "the robot did not accept the gains";
 };
 
 class GetLowLevelPIDs final : public LoopBlock {
@@ -62,7 +59,7 @@ class GetLowLevelPIDs final : public LoopBlock {
     }
     Status output(Now at, Out out) const noexcept override {
         auto& now = at[gains];
-        if (!at[robot].read_gains(loop_of(*control_type), now)) return Status::failure(not_read);
+        if (!at[robot].read_gains(loop_of(*control_type), now)) return Status::failure(at[robot].error());
         out[P] = now.P;
         out[I] = now.I;
         out[D] = now.D;
@@ -135,7 +132,7 @@ class SetLowLevelPID final : public LoopBlock {
             return ok;
         auto& connection = at[robot];
         auto& now = at[gains];
-        if (!connection.read_gains(loop_of(*control_type), now)) return Status::failure(not_read);
+        if (!connection.read_gains(loop_of(*control_type), now)) return Status::failure(connection.error());
         for (const auto& [given, target] :
              {std::pair{&P, &now.P}, std::pair{&I, &now.I}, std::pair{&D, &now.D}}) {
             if (!given->is_present()) continue;
@@ -148,7 +145,7 @@ class SetLowLevelPID final : public LoopBlock {
                 (*target)(joints->empty() ? i : rows_[static_cast<std::size_t>(i)]) = values(i);
             }
         }
-        return connection.write_gains(loop_of(*control_type), now) ? ok : Status::failure(not_written);
+        return connection.write_gains(loop_of(*control_type), now) ? ok : Status::failure(connection.error());
     }
     Status update(Now at, Next next) const noexcept override {
         if (set_P) next[last_P] = at[P];
@@ -203,18 +200,16 @@ class SetMotorParameters final : public LoopBlock {
         auto& connection = at[robot];
         if (!at[is_sent] && (set_k_tau || set_bemf)) {
             auto& now = at[parameters];
-            if (!connection.read_motor_parameters(now))
-                return Status::failure("the robot did not tell its motor parameters; look at its connection");
+            if (!connection.read_motor_parameters(now)) return Status::failure(connection.error());
             put(set_k_tau, *k_tau, now.k_tau);
             put(set_bemf, *bemf, now.k_bemf);
-            if (!connection.write_motor_parameters(now))
-                return Status::failure("the robot did not accept the motor parameters");
+            if (!connection.write_motor_parameters(now)) return Status::failure(connection.error());
         }
         const bool is_new =
             !at[is_sent] || changed(at, P, last_P) || changed(at, I, last_I) || changed(at, D, last_D);
         if (!is_new || !(set_P || set_I || set_D)) return ok;
         auto& now = at[gains];
-        if (!connection.read_gains(loop_of(*control_type), now)) return Status::failure(not_read);
+        if (!connection.read_gains(loop_of(*control_type), now)) return Status::failure(connection.error());
         for (const auto& [input, target] :
              {std::pair{&P, &now.P}, std::pair{&I, &now.I}, std::pair{&D, &now.D}}) {
             if (!input->is_present()) continue;
@@ -225,7 +220,7 @@ class SetMotorParameters final : public LoopBlock {
                                            static_cast<int>(i));
             *target = values;
         }
-        return connection.write_gains(loop_of(*control_type), now) ? ok : Status::failure(not_written);
+        return connection.write_gains(loop_of(*control_type), now) ? ok : Status::failure(connection.error());
     }
     Status update(Now at, Next next) const noexcept override {
         if (set_P) next[last_P] = at[P];

@@ -4,7 +4,9 @@
 #include "bf/toolbox/shared_world.hpp"
 #include "robot/device_block.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 namespace bf::toolbox {
@@ -84,6 +86,12 @@ class Configuration final : public Block {
              "of the arguments above; none: they do"}};
     Requires<SharedWorld> world{this, "the world in which the robot stands", !world_robot->empty()};
     Provides<RobotConfiguration> configuration{this, [this] { return load(); }};
+    Provides<ControlledJoints> controlled{this, [this]() -> std::shared_ptr<const ControlledJoints> {
+                                              const auto* made = static_cast<const RobotConfiguration*>(
+                                                  resolution().find_provided(RobotConfiguration::resource));
+                                              return std::make_shared<const ControlledJoints>(
+                                                  ControlledJoints{made->model.joint_names()});
+                                          }};
 
   private:
     std::shared_ptr<const RobotConfiguration> load() const {
@@ -124,15 +132,18 @@ class GetMeasurement final : public DeviceBlock {
         this,
         "measured_type",
         {.initial = "Joints Position", .doc = "what is measured", .choices = choices(measurements)}};
+    Argument<bool> with_age{this, "with_age", {.initial = false, .doc = "port age"}};
     Output<Vector> y{
         this, "y", {.shape = {n}, .unit = unit_of(what()), .doc = "measurement, one element per joint"}};
+    Output<double> age{
+        this, "age", {.unit = unit<"s">, .doc = "how long ago it was measured", .present = with_age}};
 
     void infer(Inference&) const override {
         if (robot.is_bound()) robot->check_measurement(what());
     }
     Status output(Now at, Out out) const noexcept override {
-        if (!at[robot].read(what(), out[y]))
-            return Status::failure("the robot gave no measurement; look at its connection");
+        if (!at[robot].read(what(), out[y])) return Status::failure(at[robot].error());
+        if (with_age) out[age] = at[robot].age();
         return ok;
     }
 
@@ -157,17 +168,14 @@ class GetSensor final : public DeviceBlock {
                              "acceleration [m/s2], angular velocity [rad/s], magnetic field"}};
 
     void infer(Inference&) const override {
-        if (robot.is_bound()) index_ = robot->sensor_index(which(), *sensor);
+        if (robot.is_bound()) robot->check_sensor(which(), *sensor);
     }
     Status output(Now at, Out out) const noexcept override {
-        if (!at[robot].read(which(), index_, out[y]))
-            return Status::failure("the robot's sensor gave no reading; look at its connection");
-        return ok;
+        return at[robot].read(which(), *sensor, out[y]) ? ok : Status::failure(at[robot].error());
     }
 
   private:
     Sensor which() const { return *kind == "imu" ? Sensor::imu : Sensor::wrench; }
-    mutable int index_ = 0;
 };
 
 class GetLimits final : public Block {
@@ -194,11 +202,20 @@ class GetLimits final : public Block {
         this,
         "maximum",
         {.shape = {n}, .unit = limits_unit(), .doc = "upper limits, inf where there are none"}};
-    Scratch<std::pair<Vector, Vector>> limits{this, [this] { return find_limits(); }};
 
     Status output(Now at, Out out) const noexcept override {
-        out[minimum] = at[limits].first;
-        out[maximum] = at[limits].second;
+        if (!of_model()) {
+            const auto which = of_velocity() ? Limits::velocity : Limits::position;
+            return at[device].read(which, out[minimum], out[maximum]) ? ok
+                                                                      : Status::failure(at[device].error());
+        }
+        if (of_velocity()) {
+            out[maximum] = robot->model.velocity_max();
+            out[minimum] = -robot->model.velocity_max();
+        } else {
+            out[minimum] = robot->model.position_min();
+            out[maximum] = robot->model.position_max();
+        }
         return ok;
     }
 
@@ -206,13 +223,6 @@ class GetLimits final : public Block {
     bool of_model() const { return limit_type->starts_with("Model"); }
     bool of_velocity() const { return limit_type->ends_with("Velocity"); }
     Unit limits_unit() const { return of_velocity() ? unit<"rad/s"> : unit<"rad">; }
-    std::pair<Vector, Vector> find_limits() const {
-        if (of_model() && of_velocity()) return {-robot->model.velocity_max(), robot->model.velocity_max()};
-        if (of_model()) return {robot->model.position_min(), robot->model.position_max()};
-        std::pair<Vector, Vector> found;
-        device->limits(of_velocity() ? Limits::velocity : Limits::position, found.first, found.second);
-        return found;
-    }
 };
 
 class SetReferences final : public DeviceBlock {
@@ -231,29 +241,57 @@ class SetReferences final : public DeviceBlock {
         this,
         "reference_acceleration",
         {.initial = 17453.292519943295, .above = 0, .doc = "largest acceleration of Velocity, rad/s2"}};
+    Argument<double> age_limit{
+        this,
+        "age_limit",
+        {.initial = std::numeric_limits<double>::infinity(),
+         .above = 0,
+         .doc = "largest age of the measurements, s; above it happens what when_old says"}};
+    Argument<std::string> when_old{this,
+                                   "when_old",
+                                   {.initial = "stop",
+                                    .doc = "stop: the run ends; hold: the last references of before are sent "
+                                           "on; ramp_down: they go to zero within ramp_time",
+                                    .choices = {"stop", "hold", "ramp_down"}}};
+    Argument<double> ramp_time{this, "ramp_time", {.initial = 0.5, .above = 0, .doc = "of ramp_down, s"}};
     Input<Vector> u{
         this,
         "u",
         {.shape = {n}, .unit = any_unit, .doc = "references: rad, rad/s, Nm or raw, by control_type"}};
+    Input<double> age{this,
+                      "age",
+                      {.unit = unit<"s">,
+                       .doc = "of what the references are computed from; unconnected: of the joints' "
+                              "measurements",
+                       .present = has_limit(),
+                       .optional = true}};
     DiscreteState<bool> is_switched{this, "is_switched", {.doc = "the control mode was set"}};
     DiscreteState<Vector> last{this,
                                "last",
                                {.shape = {n},
                                 .unit = any_unit,
-                                .doc = "references of the step before",
-                                .present = mode() == ControlMode::position}};
+                                .doc = "references of the last step with measurements that were not too old",
+                                .present = mode() == ControlMode::position || has_limit()}};
+    DiscreteState<double> since{
+        this, "since", {.unit = unit<"s">, .doc = "how long they have been too old", .present = has_limit()}};
+    Scratch<Vector> held{this, [this] { return Vector(Vector::Zero(value(n))); }};
 
     void infer(Inference& inference) const override {
         if (!robot.is_bound()) return;
         robot->check_mode(mode());
         inference.claim({robot->identity(), claimed_references});
+        const bool is_position = mode() == ControlMode::position || mode() == ControlMode::position_direct ||
+                                 mode() == ControlMode::impedance;
+        if (has_limit() && *when_old == "ramp_down" && is_position)
+            throw std::runtime_error("when_old is ramp_down, which would move the joints of control_type " +
+                                     *control_type + " to zero; give hold or stop");
     }
     Status output(Now at, Out) const noexcept override {
         auto& connection = at[robot];
         if (!at[is_switched]) {
             const double limit = mode() == ControlMode::velocity ? reference_acceleration : reference_speed;
             if (!connection.set_mode(mode()) || !connection.set_trajectory_limit(mode(), limit))
-                return Status::failure("the robot did not accept the control mode");
+                return Status::failure(connection.error());
         } else if (const int joint = connection.joint_in_other_mode(mode()); joint >= 0) {
             return Status::failure(
                 "{element} has left its control mode; look for a fault of the robot, or let the subsystem "
@@ -261,22 +299,39 @@ class SetReferences final : public DeviceBlock {
                 "its states when it is enabled, where another SetReferences drove the robot in between",
                 u, joint);
         }
+        if (has_limit()) {
+            if (const double found = age_of(at); found > age_limit) {
+                if (*when_old == "stop")
+                    return Status::failure(
+                        "the measurements are {} ms old, and age_limit is {} ms; look at the "
+                        "robot's connection",
+                        milliseconds(found), milliseconds(age_limit));
+                if (mode() == ControlMode::position) return ok; // it has them
+                const double left =
+                    *when_old == "hold" ? 1 : std::max(0.0, 1 - (at[since] + at.period()) / ramp_time);
+                at[held] = left * at[last];
+                return connection.write(mode(), at[held]) ? ok : Status::failure(connection.error());
+            }
+        }
         for (int i = 0; i < at[u].size(); ++i)
             if (!std::isfinite(at[u](i)))
                 return Status::failure("{element} is not finite; look at what computes it", u, i);
         // A reference begins a trajectory, so that the same one is not sent again.
-        if (last.is_present() && at[is_switched] && at[u] == at[last]) return ok;
-        if (!connection.write(mode(), at[u]))
-            return Status::failure("the robot did not accept the references");
-        return ok;
+        if (mode() == ControlMode::position && at[is_switched] && at[u] == at[last]) return ok;
+        return connection.write(mode(), at[u]) ? ok : Status::failure(connection.error());
     }
     Status update(Now at, Next next) const noexcept override {
         next[is_switched] = true;
-        if (last.is_present()) next[last] = at[u];
+        const bool is_old = has_limit() && age_of(at) > age_limit;
+        if (last.is_present() && !is_old) next[last] = at[u];
+        if (has_limit()) next[since] = is_old ? at[since] + at.period() : 0;
         return ok;
     }
 
   private:
+    bool has_limit() const { return std::isfinite(*age_limit); }
+    double age_of(Now at) const { return at.is_connected(age) ? at[age] : at[robot].age(); }
+    static int milliseconds(double time) { return static_cast<int>(std::min(std::round(1000 * time), 1e9)); }
     ControlMode mode() const {
         const auto* found = find(modes, *control_type);
         return found ? *found : ControlMode::torque;
@@ -333,6 +388,8 @@ void add_robot(Library& library) {
             "accelerates at most with reference_acceleration. A simulated robot clamps torques to the limits "
             "of "
             "effort; positions beyond theirs are sent as they are, and the stops of the joints hold there. "
+            "Where measurements are older than age_limit, the references of before are held or ramped down, "
+            "or the run ends; when they are fresh again, it goes on with u. "
             "Errors: a control_type that the robot does not have; two that command one robot in the same "
             "step, "
             "unless each stands in a conditional subsystem of its own, which resets its states when it is "

@@ -25,7 +25,7 @@ class WorldRobotDevice final : public SimulatedAs<RobotDevice> {
         return &scene_->options().robots[static_cast<std::size_t>(robot_)];
     }
     std::shared_ptr<RobotConnection> open() const override {
-        return std::make_shared<SimulatedConnection>(robot_);
+        return std::make_shared<SimulatedConnection>(robot_, sensors_);
     }
 };
 

@@ -4,6 +4,7 @@
 #include "bf/core/registry.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <stdexcept>
 
 namespace bf::toolbox {
@@ -36,14 +37,36 @@ bool SimulatedConnection::read(Measurement what, Eigen::Ref<Vector> values) noex
     return true;
 }
 
-bool SimulatedConnection::read(Sensor kind, int index, Eigen::Ref<Vector> values) noexcept {
+bool SimulatedConnection::read(Sensor kind, const std::string& name, Eigen::Ref<Vector> values) noexcept {
     if (!scene_) return false;
-    if (kind == Sensor::wrench)
-        values = scene_->ft_wrench(robot_, index);
-    else
+    if (kind == Sensor::imu) {
         values << scene_->imu_rpy(robot_), scene_->accelerometer(robot_), scene_->gyro(robot_),
             Vector3::Zero();
+        return true;
+    }
+    const auto found = std::find(wrenches_.begin(), wrenches_.end(), name);
+    if (found == wrenches_.end()) return false;
+    values = scene_->ft_wrench(robot_, static_cast<int>(found - wrenches_.begin()));
     return true;
+}
+
+bool SimulatedConnection::read(Limits which, Eigen::Ref<Vector> minimum,
+                               Eigen::Ref<Vector> maximum) noexcept {
+    if (!scene_) return false;
+    if (which == Limits::position) {
+        minimum = scene_->scene().lower_limits(robot_);
+        maximum = scene_->scene().upper_limits(robot_);
+    } else { // torque motors have none of their own
+        maximum.setConstant(std::numeric_limits<double>::infinity());
+        minimum = -maximum;
+    }
+    return true;
+}
+
+std::vector<std::string> SimulatedConnection::sensors(Sensor kind) const {
+    if (kind == Sensor::wrench) return wrenches_;
+    if (!scene_) return {};
+    return {scene_->scene().options().robots[static_cast<std::size_t>(robot_)].options.imu_frame};
 }
 
 int SimulatedConnection::joint_in_other_mode(ControlMode mode) noexcept {
@@ -105,15 +128,14 @@ Status failed_step(const physics::Failure& failure) {
     return Status::failure("the physics diverged; look at the gains, the contact parameters and the step");
 }
 
-int simulated_sensor(Sensor kind, const std::string& name, const std::string& imu,
-                     const std::vector<std::string>& sensors, const std::string& place) {
+void check_simulated_sensor(Sensor kind, const std::string& name, const std::string& imu,
+                            const std::vector<std::string>& sensors, const std::string& place) {
     if (kind == Sensor::imu) {
-        if (name.empty() || name == imu) return 0;
+        if (name.empty() || name == imu) return;
         throw std::runtime_error("the simulated robot's inertial sensor is on '" + imu + "', not on '" +
                                  name + "'; name it in the " + place + "'s imu_frame");
     }
-    const auto found = std::find(sensors.begin(), sensors.end(), name);
-    if (found != sensors.end()) return static_cast<int>(found - sensors.begin());
+    if (std::find(sensors.begin(), sensors.end(), name) != sensors.end()) return;
     std::string list;
     for (const auto& known : sensors) list += (list.empty() ? "" : ", ") + known;
     throw std::runtime_error("the simulated robot has no force/torque sensor '" + name + "'" +

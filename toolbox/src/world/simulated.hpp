@@ -3,9 +3,8 @@
 
 #include "bf/core/block.hpp"
 #include "bf/physics/scene.hpp"
-#include "bf/toolbox/robot.hpp"
+#include "bf/toolbox/robot_device.hpp"
 
-#include <limits>
 #include <memory>
 #include <string>
 #include <utility>
@@ -16,12 +15,16 @@ namespace bf::toolbox {
 /// A running robot of a scene: its measurements, its loops and motors.
 class SimulatedConnection : public RobotConnection {
   public:
-    explicit SimulatedConnection(int robot) : robot_(robot) {}
+    /// `wrenches` are the names of its force/torque sensors.
+    SimulatedConnection(int robot, std::vector<std::string> wrenches)
+        : robot_(robot), wrenches_(std::move(wrenches)) {}
     /// The scene, which outlives this. Before, all calls fail.
     void bind(physics::SceneSimulation& scene) { scene_ = &scene; }
 
     bool read(Measurement what, Eigen::Ref<Vector> values) noexcept override;
-    bool read(Sensor kind, int index, Eigen::Ref<Vector> values) noexcept override;
+    bool read(Sensor kind, const std::string& name, Eigen::Ref<Vector> values) noexcept override;
+    bool read(Limits which, Eigen::Ref<Vector> minimum, Eigen::Ref<Vector> maximum) noexcept override;
+    std::vector<std::string> sensors(Sensor kind) const override;
     bool set_mode(ControlMode mode) noexcept override;
     int joint_in_other_mode(ControlMode mode) noexcept override;
     bool set_trajectory_limit(ControlMode mode, double limit) noexcept override;
@@ -31,8 +34,9 @@ class SimulatedConnection : public RobotConnection {
     bool read_motor_parameters(MotorParameters& parameters) noexcept override;
     bool write_motor_parameters(const MotorParameters& parameters) noexcept override;
     bool can_save() const override { return true; }
-    const char* error() const noexcept override {
-        return scene_ ? scene_->error() : "the world's blocks have not started";
+    const ErrorText& error() const noexcept override {
+        static constexpr ErrorText text = "the world's blocks have not started";
+        return text;
     }
 
   private:
@@ -40,6 +44,7 @@ class SimulatedConnection : public RobotConnection {
     template <class F> bool with_control(F&& f) noexcept;
 
     const int robot_;
+    const std::vector<std::string> wrenches_;
     physics::SceneSimulation* scene_ = nullptr;
 };
 
@@ -60,36 +65,27 @@ template <class Base> class SimulatedAs : public Base {
         : scene_(std::move(scene)), robot_(robot), sensors_(std::move(sensors)), place_(place) {}
 
     const std::vector<std::string>& joint_names() const override { return scene_->joint_names(robot_); }
-    void limits(Limits which, Vector& minimum, Vector& maximum) const override {
-        minimum = scene_->lower_limits(robot_);
-        maximum = scene_->upper_limits(robot_);
-        if (which == Limits::position) return;
-        maximum.setConstant(std::numeric_limits<double>::infinity()); // torque motors have none of their own
-        minimum = -maximum;
-    }
-    int sensor_index(Sensor kind, const std::string& name) const override;
-    void check_mode(ControlMode) const override {}
-    void check_measurement(Measurement) const override {}
+    void check_sensor(Sensor kind, const std::string& name) const override;
     void check_gains(Loop) const override {}
     void check_motor_parameters() const override {}
 
   protected:
     const std::shared_ptr<const physics::Scene> scene_;
     const int robot_;
+    const std::vector<std::string> sensors_;
 
   private:
-    const std::vector<std::string> sensors_;
     const char* const place_;
 };
 
-/// RobotDevice::sensor_index of a robot with one inertial sensor, on `imu`, and force/torque sensors. `place`
+/// RobotDevice::check_sensor of a robot with one inertial sensor, on `imu`, and force/torque sensors. `place`
 /// says where sensors are named.
-int simulated_sensor(Sensor kind, const std::string& name, const std::string& imu,
-                     const std::vector<std::string>& sensors, const std::string& place);
+void check_simulated_sensor(Sensor kind, const std::string& name, const std::string& imu,
+                            const std::vector<std::string>& sensors, const std::string& place);
 
-template <class Base> int SimulatedAs<Base>::sensor_index(Sensor kind, const std::string& name) const {
+template <class Base> void SimulatedAs<Base>::check_sensor(Sensor kind, const std::string& name) const {
     const auto& options = scene_->options().robots[static_cast<std::size_t>(robot_)].options;
-    return simulated_sensor(kind, name, options.imu_frame, sensors_, place_);
+    check_simulated_sensor(kind, name, options.imu_frame, sensors_, place_);
 }
 
 } // namespace bf::toolbox

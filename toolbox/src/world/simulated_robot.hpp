@@ -9,8 +9,10 @@ namespace bf::toolbox {
 /// A running robot with its world.
 class SimulatedRobot final : public SimulatedConnection {
   public:
-    SimulatedRobot(std::shared_ptr<const physics::World> world, const physics::Delays& delays)
-        : SimulatedConnection(0), simulation(world->scene()), world_(std::move(world)), delays_(delays) {
+    SimulatedRobot(std::shared_ptr<const physics::World> world, const physics::Delays& delays,
+                   std::vector<std::string> sensors)
+        : SimulatedConnection(0, std::move(sensors)), simulation(world->scene()), world_(std::move(world)),
+          delays_(delays) {
         bind(simulation);
     }
 
@@ -45,7 +47,7 @@ class WorldDevice final : public SimulatedAs<SimulatedDevice> {
 
     const physics::World& world() const override { return *world_; }
     std::shared_ptr<RobotConnection> open() const override {
-        return std::make_shared<SimulatedRobot>(world_, delays_);
+        return std::make_shared<SimulatedRobot>(world_, delays_, sensors_);
     }
 
   private:

@@ -13,6 +13,11 @@ bool is_interrupted() noexcept;
 /// Null: nobody catches them. Any thread may ask; the flag outlives the runs.
 void look_for_interrupt(const volatile std::sig_atomic_t* flag) noexcept;
 
+/// Says what the start of a run waits for, such as a robot that is not there yet, to whoever listens.
+void tell_wait(const char* what) noexcept;
+/// Whoever starts runs says who listens, in any thread; null: nobody.
+void listen_to_waits(void (*told)(const char* what)) noexcept;
+
 /// The message of a step that ended early because of it. A program that was asked to end does not call that a
 /// failure.
 inline constexpr char interrupted[] = "the wait was interrupted";

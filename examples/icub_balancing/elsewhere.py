@@ -1,0 +1,149 @@
+"""The balancing diagram on its world directly and through middlewares, and all trajectories in one picture.
+
+Usage: elsewhere.py BF [--deploy] [--seconds S] [-o FOLDER]
+
+Each way serves the world as a robot and lets the same diagram drive it, once step by step, where all numbers must be
+those of the direct run, and once by the clock; with --deploy also from a package of bf deploy. Then the controller is
+killed, and the robot must go on standing; and a run is replayed without the robot. FOLDER (elsewhere) gets recordings
+and elsewhere.svg. Exit code 1 when something differs.
+"""
+import argparse
+import os
+import pathlib
+import shutil
+import signal
+import subprocess
+import sys
+import time
+
+here = pathlib.Path(__file__).resolve().parent
+sys.path.insert(0, str(here.parent))
+import recorded
+
+parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+parser.add_argument("bf", type=pathlib.Path)
+parser.add_argument("--deploy", action="store_true")
+parser.add_argument("--seconds", type=float, default=20)
+parser.add_argument("-o", "--output", type=pathlib.Path, default=pathlib.Path("elsewhere"))
+options = parser.parse_args()
+bf, model, out = options.bf.resolve(), here / "balancing.yaml", options.output.resolve()
+out.mkdir(parents=True, exist_ok=True)
+seconds = repr(options.seconds)
+name = f"icub-{os.getpid()}"
+ways = {"shared_memory": ["--shm", name]}
+curves = {}  # way -> world.com
+
+
+def serve(way, *more):
+    """The server, once the robot is there."""
+    command = [bf, "serve", model, "--set", "robot_is='served'", *ways[way], *more]
+    print("$", *command, flush=True)
+    server = subprocess.Popen([str(c) for c in command], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    line = server.stderr.readline()
+    assert "serves the robot" in line, line + server.stderr.read()
+    return server
+
+
+def of(way):
+    return "--set", f"robot_is='{way}'", "--set", f"elsewhere.name='{name}'"
+
+
+def drive(way, *more):
+    command = [bf, "run", model, "--quiet", *of(way), *more]
+    print("$", *command, flush=True)
+    return [str(c) for c in command]
+
+
+def ended(server):
+    """What the server has told."""
+    text = server.communicate(timeout=60)[1]
+    assert server.returncode == 0, text
+    return text
+
+
+def same(what, reference, other, signals):
+    count, largest, first = recorded.compare({s: reference[s] for s in signals}, other)
+    print(f"  {what}: {count} numbers compared, largest difference {largest:g}", flush=True)
+    assert count > 1000 and largest == 0, f"{what}: {first}"
+
+
+recorded.run(bf, "run", model, "--quiet", "--stop", seconds, "--record", out / "direct.mcap")
+direct = recorded.read_recording(bf, out / "direct.mcap")
+of_world = [s for s in direct if s.startswith("world.")]
+of_controller = [s for s in direct if s.startswith("controller.")]
+curves["its world"] = direct["world.com"]
+
+for way in ways:
+    # Step by step.
+    server = serve(way, "--once", "--record", out / f"{way}_world.mcap")
+    recorded.run(*drive(way, "--stop", seconds, "--record", out / f"{way}.mcap"), timeout=None)
+    told = ended(server)
+    assert "a controller has come" in told and "the controller has left; its joints hold" in told, told
+    world = recorded.read_recording(bf, out / f"{way}_world.mcap")
+    same(f"{way}, the world", direct, world, of_world)
+    same(f"{way}, the controller", direct, recorded.read_recording(bf, out / f"{way}.mcap"), of_controller)
+    curves[way] = world["world.com"]
+
+    # Without the robot: what came from it is in the recording.
+    replay = recorded.run(bf, "replay", out / f"{way}.mcap").stdout
+    assert "identical" in replay and "from outside were taken from the recording" in replay, replay
+    print(f"  {way}, replay: {replay.strip()}")
+
+    # By the clock, each side by its own.
+    server = serve(way, "--once", "--realtime", "--priority", 0, "--silence", 5, "--record", out / f"{way}_clock.mcap")
+    result = recorded.run(*drive(way, "--stop", seconds, "--realtime", "--priority", 0, "--set",
+                                 "elsewhere.clock='own'", "--record", out / f"{way}_own.mcap"), timeout=None).stdout
+    ended(server)
+    assert "elsewhere.final_drift" in result and "elsewhere.worst_age" in result, result
+    times = recorded.read_recording(bf, out / f"{way}_own.mcap")["elsewhere.time"]
+    began = round(times[min(times)][0][0] * 1e9)  # of the robot, when the controller came
+    curves[f"{way}, by the clock"] = {t - began: rows for t, rows in recorded.read_recording(
+        bf, out / f"{way}_clock.mcap")["world.com"].items() if t >= began}
+
+    # The controller is killed, and the joints are held where they are.
+    server = serve(way, "--stop", "4", "--realtime", "--priority", 0, "--record", out / f"{way}_killed.mcap")
+    controller = subprocess.Popen(drive(way, "--stop", "Inf"), stdout=subprocess.DEVNULL)
+    time.sleep(1.5)
+    controller.send_signal(signal.SIGKILL)
+    controller.wait()
+    told = ended(server)
+    assert "joints hold" in told and ("has died" in told or "no command" in told), told
+    height = min(row[2] for rows in recorded.read_recording(bf, out / f"{way}_killed.mcap")["world.com"].values()
+                 for row in rows)
+    print(f"  {way}, the controller killed: the centre of mass stays above {height:.3f} m")
+    assert height > 0.4, "it fell"
+
+if options.deploy:
+    shutil.rmtree(out / "package", ignore_errors=True)
+    recorded.run(bf, "deploy", model, *of("shared_memory"), "-o", out / "package", timeout=None)
+    server = serve("shared_memory", "--once", "--record", out / "deployed_world.mcap")
+    recorded.run(out / "package" / "run", "--quiet", "--priority", 0, "--stop", seconds, timeout=None)
+    ended(server)
+    world = recorded.read_recording(bf, out / "deployed_world.mcap")
+    same("deployed package, the world", direct, world, of_world)
+    curves["deployed package"] = world["world.com"]
+
+# One panel for each axis, later curves thinner, so that all are seen.
+colours = ["#c8c8c8", "#f2a33a", "#2f8f5b", "#3366cc", "#b03060", "#000000"]
+width, height, left, gap = 860, 150, 70, 180
+parts = []
+end = max(curves["its world"])
+for axis, label in enumerate("xyz"):
+    top = 30 + gap * axis
+    values = [row[axis] for curve in curves.values() for t, rows in curve.items() if t <= end for row in rows]
+    low, high = min(values) - 1e-4, max(values) + 1e-4
+    parts.append(f'<rect x="{left}" y="{top}" width="{width}" height="{height}" fill="none" stroke="#888"/>')
+    parts.append(f'<text x="{left}" y="{top - 6}">centre of mass, {label} [m]</text>')
+    for value, y in ((high, top + 10), (low, top + height)):
+        parts.append(f'<text x="{left - 6}" y="{y}" text-anchor="end">{value:.4g}</text>')
+    for k, curve in enumerate(curves.values()):
+        rows = [(t, rows[-1]) for t, rows in sorted(curve.items()) if t <= end]
+        points = " ".join(f"{left + t / end * width:.1f},{top + height - (min(max(row[axis], low), high) - low) / (high - low) * height:.1f}"
+                          for t, row in rows[:: max(1, len(rows) // 400)])
+        parts.append(f'<polyline points="{points}" fill="none" stroke="{colours[k % 6]}" stroke-width="{max(1, 9 - 3 * k)}"/>')
+for k, label in enumerate(curves):
+    parts.append(f'<text x="{left + 215 * (k % 4)}" y="{30 + 3 * gap + 16 * (k // 4)}" fill="{colours[k % 6]}">{label}</text>')
+(out / "elsewhere.svg").write_text(
+    f'<svg xmlns="http://www.w3.org/2000/svg" width="960" height="{3 * gap + 70}" font-family="sans-serif" font-size="12">\n'
+    '<rect width="100%" height="100%" fill="white"/>\n' + "\n".join(parts) + "\n</svg>\n")
+print(f"all trajectories: {out}/elsewhere.svg")

@@ -1,0 +1,114 @@
+// A robot that this program serves to others.
+#pragma once
+
+#include "bf/middleware/exchange.hpp"
+#include "bf/middleware/robot_frames.hpp"
+
+#include <array>
+#include <atomic>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace bf::middleware {
+
+/// What carries states and commands on the side of the server, as RobotLink does on the other.
+class RobotEnd {
+  public:
+    virtual ~RobotEnd() = default;
+
+    /// Shows the robot to others. Throws std::runtime_error, e.g. where somebody else serves one of that
+    /// name.
+    virtual void start(const RobotDescription& description) = 0;
+    virtual void show_state(const double* state, double time) noexcept = 0;
+    virtual void show_gains(const double* gains) noexcept = 0;
+    /// Copies the newest command or settings that were not taken yet; the stamp's time is when it was written
+    /// or came, by now() of bf/middleware/clock.hpp. False: there are none.
+    virtual bool take_command(double* command, Stamp& stamp) noexcept = 0;
+    virtual bool take_settings(double* settings) noexcept = 0;
+    /// Waits until there is a command to take, at most `timeout` s and until is_interrupted().
+    virtual void wait(double timeout) noexcept = 0;
+    /// Is the controller known to be gone?
+    virtual bool is_gone() noexcept = 0;
+    virtual Counts counts() const noexcept { return {}; }
+    /// How users call it, such as "robot 'icub' in shared memory".
+    virtual const std::string& name() const noexcept = 0;
+};
+
+/// What the joints do without a controller, before one comes and when it is gone.
+enum class OnLoss {
+    hold, ///< stay where they are, in the mode position, or position direct
+    limp, ///< torques of zero
+};
+
+struct HostOptions {
+    /// The robot's time stands still until a controller says how far it may go; otherwise it runs by a clock.
+    bool waits = true;
+    double watchdog =
+        0.2; ///< s without a command until the joints are taken back, where it does not wait; 0: never
+    OnLoss on_loss = OnLoss::hold;
+    /// Asked about twenty times a second while it waits for a controller; false ends the wait.
+    std::function<bool()> goes_on = nullptr;
+};
+
+/// Serves a running robot, step by step. A controller is whoever sends commands; there is one at a time. When
+/// it ends, is killed or falls silent, the joints are taken back: gains and motor parameters as they were
+/// before it came, and the mode of OnLoss.
+class RobotHost {
+  public:
+    /// All outlive the host.
+    RobotHost(std::string name, const toolbox::RobotDevice& device, toolbox::RobotConnection& robot,
+              RobotEnd& end, const HostOptions& options);
+
+    /// Shows the robot, which has started, to others. Throws what RobotEnd::start throws.
+    void start(double period);
+    /// Between the outputs and the updates of a step at that time of the robot: shows its state, waits where
+    /// it waits, and gives the robot what the controller commands. Allocates nothing.
+    void step(double time) noexcept;
+    /// Takes the joints back.
+    void stop() noexcept;
+
+    /// What happened since the last call, for people, oldest first; from any one thread.
+    enum class Event : std::uint8_t { came, left, died, silent, refused };
+    bool take_event(Event& event) noexcept;
+    /// How many controllers have gone, however they did.
+    int gone() const noexcept { return gone_.load(std::memory_order_relaxed); }
+
+  private:
+    void show(double time) noexcept;
+    void show_gains() noexcept;
+    void take() noexcept;
+    void obey() noexcept;
+    void obey_settings() noexcept;
+    void refuse(Refusal what) noexcept;
+    void let_go(Event why) noexcept;
+    void take_joints() noexcept;
+    void tell(Event event) noexcept;
+
+    struct Loops {
+        explicit Loops(Eigen::Index n) : position(n), torque(n), motors(n) {}
+        toolbox::Gains position, torque;
+        toolbox::MotorParameters motors;
+    };
+    void read(Loops& loops) noexcept;
+
+    const toolbox::RobotDevice& device_;
+    toolbox::RobotConnection& robot_;
+    RobotEnd& end_;
+    const HostOptions options_;
+    RobotDescription description_;
+    RobotLayout at_{description_};
+    std::vector<double> state_, command_, settings_, gains_;
+    Eigen::VectorXd values_, wrench_, imu_;
+    Loops loops_{0}, before_{0};            ///< as they are; as they were before the controller came
+    double session_ = 0;                    ///< of the controller
+    double last_session_ = 0;               ///< of the one before, whose commands are not obeyed any more
+    double heard_ = 0;                      ///< when the last command was given, s
+    double modes_set_ = 0, references_ = 0; ///< how many of those that it asked for were done
+    bool is_changed_ = false;               ///< loops are not those of before
+    std::array<std::atomic<Event>, 64> events_{};
+    std::atomic<unsigned> told_{0}, seen_{0};
+    std::atomic<int> gone_{0};
+};
+
+} // namespace bf::middleware

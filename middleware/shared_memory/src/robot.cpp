@@ -1,0 +1,116 @@
+#include "bf/shared_memory/robot.hpp"
+
+#include "bf/core/interrupt.hpp"
+#include "robot_file.hpp"
+
+#include <stdexcept>
+
+namespace bf::shared_memory {
+
+using middleware::Exchange;
+using middleware::now;
+using middleware::RobotDescription;
+using middleware::Stamp;
+
+namespace {
+
+std::string called(const std::string& name) { return "robot '" + name + "' in shared memory"; }
+
+/// Copies a message that was not taken yet.
+bool take(const Exchange& from, double* values, Stamp& last) noexcept {
+    return from.newest() != last.number && from.read(values, last);
+}
+
+class Link final : public middleware::RobotLink {
+  public:
+    explicit Link(const std::string& name) : robot_(name), name_(called(name)) {}
+
+    RobotDescription start(double timeout) override {
+        if (const auto wrong = wrong_name(robot_); !wrong.empty()) throw std::runtime_error(wrong);
+        RobotDescription description;
+        const std::string how = "bf serve MODEL --shm " + robot_;
+        const double begin = now();
+        for (bool is_told = false; !file_.open(robot_, description);) {
+            if (now() - begin > timeout)
+                throw std::runtime_error("nobody serves it within " + Value(timeout).describe() +
+                                         " s; start it first, e.g. by " + how);
+            if (is_interrupted()) throw std::runtime_error(interrupted);
+            if (!is_told && now() - begin > 0.5) {
+                tell_wait((name_ + ", which " + how + " serves").c_str());
+                is_told = true;
+            }
+            const timespec pause{0, 2'000'000};
+            nanosleep(&pause, nullptr);
+        }
+        state_ = {};
+        gains_ = {};
+        return description;
+    }
+    void stop() noexcept override { file_.close(); }
+
+    bool take_state(double* state, Stamp& stamp) noexcept override {
+        if (!take(file_.state(), state, state_)) return false;
+        stamp = state_;
+        return true;
+    }
+    bool take_gains(double* gains) noexcept override { return take(file_.gains(), gains, gains_); }
+    void send_command(const double* command) noexcept override {
+        file_.command().write(command, now());
+        file_.command_bell().ring();
+    }
+    void send_settings(const double* settings) noexcept override { file_.settings().write(settings, now()); }
+    void wait(double timeout) noexcept override {
+        file_.state_bell().wait(timeout, [&] { return file_.state().newest() != state_.number; });
+    }
+    bool is_gone() noexcept override { return file_.is_server_gone(); }
+    const std::string& name() const noexcept override { return name_; }
+
+  private:
+    const std::string robot_, name_;
+    RobotFile file_;
+    Stamp state_, gains_; ///< of what was taken
+};
+
+class End final : public middleware::RobotEnd {
+  public:
+    explicit End(const std::string& name) : robot_(name), name_(called(name)) {}
+
+    void start(const RobotDescription& description) override {
+        file_.create(robot_, description);
+        command_ = settings_ = {};
+    }
+    void show_state(const double* state, double time) noexcept override {
+        file_.state().write(state, time);
+        file_.state_bell().ring();
+    }
+    void show_gains(const double* gains) noexcept override { file_.gains().write(gains, now()); }
+    bool take_command(double* command, Stamp& stamp) noexcept override {
+        if (!take(file_.command(), command, command_)) return false;
+        stamp = command_;
+        return true;
+    }
+    bool take_settings(double* settings) noexcept override {
+        return take(file_.settings(), settings, settings_);
+    }
+    void wait(double timeout) noexcept override {
+        file_.command_bell().wait(timeout, [&] { return file_.command().newest() != command_.number; });
+    }
+    bool is_gone() noexcept override { return file_.is_controller_gone(); }
+    const std::string& name() const noexcept override { return name_; }
+
+  private:
+    const std::string robot_, name_;
+    RobotFile file_;
+    Stamp command_, settings_;
+};
+
+} // namespace
+
+std::unique_ptr<middleware::RobotLink> make_link(const std::string& name) {
+    return std::make_unique<Link>(name);
+}
+std::unique_ptr<middleware::RobotEnd> make_end(const std::string& name) {
+    return std::make_unique<End>(name);
+}
+
+} // namespace bf::shared_memory

@@ -1,0 +1,371 @@
+// Robots that one program serves and another one drives.
+#include "bf/shared_memory/robot.hpp"
+#include "heap.hpp"
+#include "served.hpp"
+
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <fcntl.h>
+#include <sys/wait.h>
+
+namespace bf::shared_memory::test {
+namespace {
+
+using middleware::HostOptions;
+using middleware::test::controller;
+using middleware::test::icub;
+using middleware::test::icub_world;
+using middleware::test::seen;
+using middleware::test::wires;
+using toolbox::test::expect_contains;
+using toolbox::test::refusal;
+using toolbox::test::Running;
+
+std::string folder() { return "/dev/shm/blockfactory-" + std::to_string(geteuid()) + "-robots/"; }
+
+/// A name of this test alone.
+std::string robot_name(const std::string& name) { return "test-" + std::to_string(getpid()) + "-" + name; }
+std::string icub_at(const std::string& name, const std::string& settings = "") {
+    return "  world: {block: SharedMemory/Robot, period: 0.001, name: " + robot_name(name) + settings + "}\n";
+}
+std::string diagram(const std::string& blocks, const std::string& connections = "") {
+    return middleware::test::diagram(blocks, connections, "SharedMemory");
+}
+
+class Served : public middleware::test::Served {
+  public:
+    Served(const std::string& name, const std::string& model, HostOptions options = {})
+        : middleware::test::Served(make_end(robot_name(name)), model, std::move(options)) {}
+};
+
+} // namespace
+
+/// The oracle is the same diagram with the world in place of the robot that is served.
+TEST(SharedMemoryRobot, IsTheServedOneBitForBitInEveryMode) {
+    for (const std::string mode :
+         {"Position", "Position Direct", "Velocity", "Torque", "PWM", "Current", "Impedance"}) {
+        Running direct(diagram(icub + icub_world + controller(mode), wires));
+        Served served("bits", diagram(icub + icub_world));
+        served.run();
+        Running remote(diagram(icub + icub_at("bits") + controller(mode), wires));
+        for (int k = 0; k < 60; ++k) {
+            ASSERT_TRUE(direct.step()) << direct.simulation.failure();
+            ASSERT_TRUE(remote.step()) << remote.simulation.failure();
+            for (const auto& signal : seen)
+                ASSERT_EQ(remote.get(signal), direct.get(signal))
+                    << mode << " " << signal << " in step " << k;
+            ASSERT_EQ(remote.get("world.s"), direct.get("world.s"));
+            ASSERT_NEAR(remote.scalar("world.time"), 0.001 * k, 1e-12);
+            ASSERT_NEAR(remote.scalar("world.drift"), 0, 1e-12);
+        }
+        EXPECT_GT((direct.get("world.s") - Matrix::Zero(3, 1)).norm(), 1e-4) << "it moved";
+    }
+}
+
+TEST(SharedMemoryRobot, TakesGainsAndMotorParametersAndGivesThemBack) {
+    const std::string set =
+        "  pid: {block: WholeBodyToolbox/SetLowLevelPID, P: [100 200 300], I: [0 0 0], D: [1 2 3]}\n"
+        "  motors: {block: WholeBodyToolbox/SetMotorParameters, set_P: false, set_k_tau: true, k_tau: [2 3 "
+        "4]}\n"
+        "  read: {block: WholeBodyToolbox/GetLowLevelPIDs}\n";
+    Served served("gains", diagram(icub + icub_world));
+    toolbox::Gains before(3), after(3);
+    ASSERT_TRUE(served.robot->read_gains(toolbox::Loop::position, before));
+    served.run();
+    {
+        Running remote(diagram(icub + icub_at("gains") + set));
+        for (int k = 0; k < 3; ++k) {
+            ASSERT_TRUE(remote.step()) << remote.simulation.failure();
+            ASSERT_EQ(remote.get("read.P"), Matrix(Eigen::Vector3d(100, 200, 300))) << "at once";
+            ASSERT_EQ(remote.get("read.D"), Matrix(Eigen::Vector3d(1, 2, 3)));
+        }
+        toolbox::Gains given(3);
+        served.robot->read_gains(toolbox::Loop::position, given);
+        EXPECT_EQ(given.P, Eigen::Vector3d(100, 200, 300)) << "the robot has them";
+        toolbox::MotorParameters motors(3);
+        ASSERT_TRUE(served.robot->read_motor_parameters(motors));
+        EXPECT_EQ(motors.k_tau, Eigen::Vector3d(2, 3, 4));
+        remote.simulation.stop();
+    }
+    while (served.host->gone() == 0) std::this_thread::yield();
+    served.end_run();
+    ASSERT_TRUE(served.robot->read_gains(toolbox::Loop::position, after));
+    EXPECT_EQ(after.P, before.P);
+    EXPECT_EQ(served.events(), "came left");
+}
+
+TEST(SharedMemoryRobot, TakesNothingFromTheHeapInAStep) {
+    if (!bf::test::heap_is_counted()) GTEST_SKIP();
+    Served served("heap", diagram(icub + icub_world));
+    served.run();
+    Running remote(diagram(icub + icub_at("heap") + controller("Torque"), wires));
+    for (int k = 0; k < 10; ++k) {
+        const long before = bf::test::heap_calls();
+        ASSERT_TRUE(remote.step());
+        if (k > 0) {
+            ASSERT_EQ(bf::test::heap_calls(), before);
+        }
+    }
+}
+
+TEST(SharedMemoryRobot, RunsBesideItsControllerByTheClock) {
+    HostOptions options;
+    options.waits = false;
+    options.watchdog = 0;
+    Served served("clock", diagram(icub + icub_world), options);
+    ASSERT_TRUE(served.step());
+    Running remote(diagram(icub + icub_at("clock", ", clock: own") + controller("Torque"), wires));
+    ASSERT_TRUE(remote.step()) << remote.simulation.failure();
+    for (int k = 0; k < 4; ++k) ASSERT_TRUE(served.step());
+    EXPECT_EQ(served.robot->joint_in_other_mode(toolbox::ControlMode::torque), -1);
+    ASSERT_TRUE(remote.step()) << remote.simulation.failure();
+    EXPECT_NEAR(remote.scalar("world.time"), 0.004, 1e-12);
+    EXPECT_NEAR(remote.scalar("world.drift"), 0.003, 1e-12) << "four steps there, one here";
+    EXPECT_GE(remote.scalar("world.age"), 0);
+    ASSERT_TRUE(remote.step());
+    const double age = remote.scalar("world.age");
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    ASSERT_TRUE(remote.step());
+    EXPECT_GE(remote.scalar("world.age"), age + 0.02) << "the same state grows older";
+    remote.simulation.stop();
+    EXPECT_GE(remote.scalar("world.worst_age"), 0.02);
+}
+
+TEST(SharedMemoryRobot, IsTakenBackFromASilentController) {
+    HostOptions options;
+    options.waits = false;
+    options.watchdog = 0.05;
+    Served served("silent", diagram(icub + icub_world), options);
+    ASSERT_TRUE(served.step());
+    Running remote(diagram(icub + icub_at("silent", ", clock: own") + controller("Torque"), wires));
+    ASSERT_TRUE(remote.step()) << remote.simulation.failure();
+    ASSERT_TRUE(served.step());
+    ASSERT_TRUE(served.step());
+    ASSERT_TRUE(remote.step()) << remote.simulation.failure();
+    EXPECT_EQ(served.events(), "came");
+    std::this_thread::sleep_for(std::chrono::milliseconds(70));
+    ASSERT_TRUE(served.step());
+    EXPECT_EQ(served.events(), "silent");
+    EXPECT_EQ(served.robot->joint_in_other_mode(toolbox::ControlMode::position), -1) << "it holds its joints";
+    ASSERT_TRUE(served.step());
+    EXPECT_FALSE(remote.step());
+    expect_contains(remote.simulation.failure(),
+                    "robot '" + robot_name("silent") +
+                        "' in shared memory: its server has taken the joints back, since "
+                        "no command came for 0.05 s");
+    ASSERT_TRUE(served.step());
+    EXPECT_EQ(served.events(), "") << "the old controller is not heard any more";
+}
+
+/// A controller that is killed leaves no word.
+TEST(SharedMemoryRobot, HoldsItsJointsWhenTheControllerIsKilled) {
+    for (const bool waits : {true, false}) {
+        HostOptions options;
+        options.waits = waits;
+        options.watchdog = 0;
+        Served served("killed", diagram(icub + icub_world), options);
+        ASSERT_TRUE(waits || served.step());
+        const std::string name = robot_name("killed");
+        const pid_t child = fork();
+        if (child == 0) try {
+                auto link = make_link(name);
+                const auto description = link->start(10);
+                const middleware::RobotLayout at(description);
+                std::vector<double> command(static_cast<std::size_t>(at.command_size()), 0.5);
+                using Layout = middleware::RobotLayout;
+                command[Layout::session] = 7;
+                command[Layout::number] = command[Layout::mode_count] = command[Layout::references] = 1;
+                command[Layout::until] = 0.0015;
+                command[Layout::mode_asked] = static_cast<int>(toolbox::ControlMode::torque);
+                command[Layout::limit] = command[Layout::release] = 0;
+                link->send_command(command.data());
+                pause();
+            } catch (const std::exception&) {
+                _exit(1);
+            }
+        if (waits) served.run();
+        std::string events;
+        for (int k = 0; events != "came" && k < 20'000; ++k) {
+            ASSERT_TRUE(waits || served.step());
+            usleep(1000);
+            events += served.events();
+        }
+        EXPECT_EQ(events, "came");
+        kill(child, SIGKILL);
+        waitpid(child, nullptr, 0);
+        for (int k = 0; events == "came" && k < 20'000; ++k) {
+            ASSERT_TRUE(waits || served.step());
+            usleep(1000);
+            const auto more = served.events();
+            events += more.empty() ? "" : " " + more;
+        }
+        EXPECT_EQ(events, "came died");
+        served.end_run();
+        EXPECT_EQ(served.robot->joint_in_other_mode(toolbox::ControlMode::position), -1);
+    }
+}
+
+TEST(SharedMemoryRobot, EndsTheRunWhenItsServerIsGone) {
+    auto served = std::make_unique<Served>("gone", diagram(icub + icub_world));
+    served->run();
+    Running remote(diagram(icub + icub_at("gone") + controller("Torque"), wires));
+    ASSERT_TRUE(remote.step()) << remote.simulation.failure();
+    served.reset();
+    while (remote.step()) continue;
+    expect_contains(remote.simulation.failure(), "in shared memory: its server (process " +
+                                                     std::to_string(getpid()) +
+                                                     ") has ended; the last state is of t = 0");
+    // Its successor is another robot.
+    served = std::make_unique<Served>("gone", diagram(icub + icub_world));
+    served->run();
+    EXPECT_FALSE(remote.step());
+    Running next(diagram(icub + icub_at("gone") + controller("Torque"), wires));
+    EXPECT_TRUE(next.step()) << next.simulation.failure();
+}
+
+TEST(SharedMemoryRobot, EndsTheRunWhenItsServerStandsStill) {
+    Served served("still", diagram(icub + icub_world));
+    served.run();
+    Running remote(diagram(icub + icub_at("still", ", timeout: 0.05") + controller("Torque"), wires));
+    ASSERT_TRUE(remote.step()) << remote.simulation.failure();
+    served.end_run(); // its memory is still there
+    while (remote.step()) continue;
+    expect_contains(remote.simulation.failure(), "in shared memory: no state for 0.");
+    expect_contains(remote.simulation.failure(),
+                    "look whether its server (process " + std::to_string(getpid()) + ") stands still");
+}
+
+TEST(SharedMemoryRobot, SaysWhatDoesNotFit) {
+    const std::string here = "world: robot '" + robot_name("wrong") + "' in shared memory: ";
+    const std::string quick = ", start_timeout: 0.05";
+    expect_contains(refusal(diagram(icub + icub_at("wrong", quick))),
+                    here + "nobody serves it within 0.05 s; start it first, e.g. by bf serve MODEL --shm ");
+    Served served("wrong", diagram(icub + icub_world));
+    served.run();
+    EXPECT_THROW(make_end(robot_name("wrong"))->start({}), std::runtime_error);
+    const auto other = [&](const std::string& joints) {
+        return refusal(diagram(icub_at("wrong", quick + ", joints: \"" + joints + "\"")));
+    };
+    expect_contains(
+        other("{'l_hip_pitch', 'l_nee', 'l_ankle_roll'}"),
+        here + "it has no joint 'l_nee'; did you mean 'l_knee'?; its joints are l_hip_pitch, l_knee, "
+               "l_ankle_roll");
+    expect_contains(other("{'l_knee'}"),
+                    here + "it has 3 joints, and this diagram drives 1 of them; name all");
+    // The order is that of the diagram.
+    {
+        Running turned(
+            diagram(icub_at("wrong", ", joints: \"{'l_ankle_roll', 'l_knee', 'l_hip_pitch'}\"") +
+                    "  limits: {block: WholeBodyToolbox/GetLimits, limit_type: ControlBoardPosition}\n"));
+        ASSERT_TRUE(turned.step());
+        Eigen::VectorXd minimum(3), maximum(3);
+        ASSERT_TRUE(served.robot->read(toolbox::Limits::position, minimum, maximum));
+        EXPECT_EQ(turned.get("limits.minimum"), Matrix(minimum.reverse()));
+        expect_contains(refusal(diagram(icub + icub_at("wrong", quick))),
+                        here + "another program (process " + std::to_string(getpid()) +
+                            ") drives it; end that one first");
+    }
+    Running sensors(
+        diagram(icub + icub_at("wrong") + "  x: {block: WholeBodyToolbox/GetSensor, sensor: r_foot}\n"));
+    EXPECT_FALSE(sensors.step());
+    expect_contains(
+        sensors.simulation.failure(),
+        "x: robot '" + robot_name("wrong") +
+            "' in shared memory: it has no force/torque sensor 'r_foot'; it has l_foot_ft_sensor");
+    expect_contains(refusal(diagram(icub + "  w: {block: SharedMemory/Robot, name: a/b, period: 0.001}\n")),
+                    "the robot's name is 'a/b'; write up to 100 letters");
+}
+
+TEST(SharedMemoryRobot, DistrustsMemory) {
+    const std::string file = folder() + robot_name("bad");
+    const std::string here = "robot '" + robot_name("bad") + "' in shared memory: ";
+    const auto refused = [&](const std::string& bytes) {
+        auto served = make_end(robot_name("bad"));
+        middleware::RobotDescription d;
+        d.period = 0.001;
+        d.joints = {"a"};
+        for (auto* limits : {&d.position_min, &d.position_max, &d.velocity_min, &d.velocity_max})
+            limits->setZero(1);
+        served->start(d);
+        const int descriptor = ::open(file.c_str(), O_RDWR);
+        EXPECT_EQ(pwrite(descriptor, bytes.data(), bytes.size(), bytes.size() == 4 ? 0 : 256),
+                  static_cast<ssize_t>(bytes.size()));
+        ::close(descriptor);
+        return refusal(diagram(icub_at("bad", ", start_timeout: 0.05, joints: \"{'a'}\"")));
+    };
+    expect_contains(refused("OLD1"),
+                    here + "its memory is that of another version; use the same BlockFactory on both sides");
+    expect_contains(refused("{\"version\""), here + "what it says of itself cannot be read");
+    expect_contains(refused("[[[[[[[[[[[[["), here + "what it says of itself cannot be read");
+}
+
+TEST(SharedMemoryRobot, RefusesReferencesThatAreNotFinite) {
+    Served served("nan", diagram(icub + icub_world));
+    auto link = make_link(robot_name("nan"));
+    const auto description = link->start(1);
+    using Layout = middleware::RobotLayout;
+    const Layout at(description);
+    std::vector<double> command(static_cast<std::size_t>(at.command_size()), std::nan("")),
+        state(static_cast<std::size_t>(at.state_size()));
+    command[Layout::session] = 7;
+    command[Layout::number] = command[Layout::mode_count] = command[Layout::references] = 1;
+    command[Layout::until] = 1;
+    command[Layout::limit] = command[Layout::release] = 0;
+    const auto refused = [&](double mode) {
+        command[Layout::mode_asked] = mode;
+        ++command[Layout::session];
+        link->send_command(command.data());
+        EXPECT_TRUE(served.step());
+        EXPECT_TRUE(served.step());
+        middleware::Stamp stamp;
+        EXPECT_TRUE(link->take_state(state.data(), stamp));
+        EXPECT_EQ(state[Layout::owner], command[Layout::session]);
+        return static_cast<middleware::Refusal>(static_cast<int>(state[Layout::refused]));
+    };
+    EXPECT_EQ(refused(static_cast<int>(toolbox::ControlMode::torque)), middleware::Refusal::references);
+    for (const double mode : {-1.0, 99.0, 1e300, std::nan("")})
+        EXPECT_EQ(refused(mode), middleware::Refusal::mode);
+    link->stop();
+}
+
+TEST(SharedMemoryRobot, LeavesNoFileBehind) {
+    const std::string file = folder() + robot_name("file");
+    {
+        Served served("file", diagram(icub + icub_world));
+        EXPECT_EQ(access(file.c_str(), F_OK), 0);
+    }
+    EXPECT_NE(access(file.c_str(), F_OK), 0);
+    // Starting and stopping again and again leaves nothing open.
+    const auto descriptors = [] {
+        int count = 0;
+        for (int i = 0; i < 1024; ++i) count += fcntl(i, F_GETFD) >= 0;
+        return count;
+    };
+    const int before = descriptors();
+    middleware::RobotDescription d;
+    d.period = 1;
+    for (int k = 0; k < 1000; ++k) {
+        auto end = make_end(robot_name("file"));
+        end->start(d);
+        auto link = make_link(robot_name("file"));
+        link->start(1);
+        link->stop();
+    }
+    EXPECT_EQ(descriptors(), before);
+}
+
+TEST(SharedMemoryRobot, CannotBeSaved) {
+    Served served("snapshot", diagram(icub + icub_world));
+    served.run();
+    Running remote(diagram(icub + icub_at("snapshot")));
+    ASSERT_TRUE(remote.step());
+    try {
+        remote.simulation.snapshot();
+        ADD_FAILURE() << "saved";
+    } catch (const std::exception& error) {
+        expect_contains(error.what(), "world: its state lives outside and cannot be saved");
+    }
+}
+
+} // namespace bf::shared_memory::test

@@ -1,0 +1,270 @@
+#include "bf/middleware/robot_host.hpp"
+
+#include "bf/core/interrupt.hpp"
+#include "bf/middleware/clock.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <unistd.h>
+#include <utility>
+
+namespace bf::middleware {
+
+namespace {
+
+/// Does that not throw?
+template <class F> bool holds(F&& f) {
+    try {
+        f();
+    } catch (const std::exception&) {
+        return false;
+    }
+    return true;
+}
+
+bool are_finite(const double* values, int count) noexcept {
+    return std::all_of(values, values + count, [](double x) { return std::isfinite(x); });
+}
+
+} // namespace
+
+RobotHost::RobotHost(std::string name, const toolbox::RobotDevice& device, toolbox::RobotConnection& robot,
+                     RobotEnd& end, const HostOptions& options)
+    : device_(device), robot_(robot), end_(end), options_(options) {
+    description_.name = std::move(name);
+    description_.process = static_cast<int>(getpid());
+    description_.waits = options.waits;
+    description_.watchdog = options.waits ? 0 : options.watchdog;
+    description_.joints = device.joint_names();
+}
+
+void RobotHost::start(double period) {
+    RobotDescription& d = description_;
+    d.period = period;
+    d.wrenches = robot_.sensors(Sensor::wrench);
+    d.imus = robot_.sensors(Sensor::imu);
+    for (int i = 0; i < measurement_count; ++i)
+        if (holds([&] { device_.check_measurement(static_cast<Measurement>(i)); })) d.measurements |= 1U << i;
+    for (int i = 0; i < mode_count; ++i)
+        if (holds([&] { device_.check_mode(static_cast<ControlMode>(i)); })) d.modes |= 1U << i;
+    d.has_position_gains = holds([&] { device_.check_gains(Loop::position); });
+    d.has_torque_gains = holds([&] { device_.check_gains(Loop::torque); });
+    d.has_motor_parameters = holds([&] { device_.check_motor_parameters(); });
+    const auto n = static_cast<Eigen::Index>(d.joints.size());
+    for (auto* limits : {&d.position_min, &d.position_max, &d.velocity_min, &d.velocity_max})
+        limits->resize(n);
+    if (!robot_.read(Limits::position, d.position_min, d.position_max) ||
+        !robot_.read(Limits::velocity, d.velocity_min, d.velocity_max))
+        throw std::runtime_error(std::string("the robot tells no limits: ") + robot_.error());
+
+    at_ = RobotLayout(d);
+    state_.assign(static_cast<std::size_t>(at_.state_size()), std::numeric_limits<double>::quiet_NaN());
+    std::fill_n(state_.begin(), RobotLayout::state_head, 0.0);
+    state_[RobotLayout::mode] = state_[RobotLayout::other] = -1;
+    command_.assign(static_cast<std::size_t>(at_.command_size()), 0);
+    settings_.assign(static_cast<std::size_t>(at_.settings_size()), 0);
+    gains_ = settings_;
+    values_.resize(n);
+    wrench_.resize(wrench_size);
+    imu_.resize(imu_size);
+    loops_ = before_ = Loops(n);
+    end_.start(d);
+    show_gains();
+    if (!options_.waits) take_joints(); // its time goes on before a controller comes
+}
+
+void RobotHost::step(double time) noexcept {
+    show(time);
+    if (!options_.waits) {
+        take();
+        if (session_ != 0 && end_.is_gone()) let_go(Event::died);
+        if (session_ != 0 && options_.watchdog > 0 && now() - heard_ > options_.watchdog)
+            let_go(Event::silent);
+    } else {
+        const double may_go = time + description_.period / 2;
+        for (take(); session_ == 0 || command_[RobotLayout::until] < may_go; take()) {
+            if (is_interrupted() || (options_.goes_on && !options_.goes_on())) return;
+            if (session_ != 0 && end_.is_gone()) let_go(Event::died);
+            end_.wait(0.05);
+        }
+    }
+    obey();
+}
+
+void RobotHost::stop() noexcept {
+    if (session_ != 0) let_go(Event::left);
+}
+
+void RobotHost::show(double time) noexcept {
+    state_[RobotLayout::time] = time;
+    state_[RobotLayout::age] = robot_.age();
+    const double mode = state_[RobotLayout::mode];
+    state_[RobotLayout::other] =
+        mode < 0 ? -1 : robot_.joint_in_other_mode(static_cast<ControlMode>(static_cast<int>(mode)));
+    const auto put = [&](int where, const Eigen::VectorXd& values) {
+        std::copy(values.begin(), values.end(), state_.begin() + where);
+    };
+    for (int i = 0; i < measurement_count; ++i) {
+        const auto what = static_cast<Measurement>(i);
+        if ((description_.measurements >> i & 1) && robot_.read(what, values_))
+            put(at_.measurement(what), values_);
+    }
+    for (int i = 0; i < at_.wrenches; ++i)
+        if (robot_.read(Sensor::wrench, description_.wrenches[static_cast<std::size_t>(i)], wrench_))
+            put(at_.wrench(i), wrench_);
+    for (int i = 0; i < at_.imus; ++i)
+        if (robot_.read(Sensor::imu, description_.imus[static_cast<std::size_t>(i)], imu_))
+            put(at_.imu(i), imu_);
+    end_.show_state(state_.data(), now());
+}
+
+void RobotHost::read(Loops& loops) noexcept {
+    if (description_.has_position_gains) robot_.read_gains(Loop::position, loops.position);
+    if (description_.has_torque_gains) robot_.read_gains(Loop::torque, loops.torque);
+    if (description_.has_motor_parameters) robot_.read_motor_parameters(loops.motors);
+}
+
+void RobotHost::show_gains() noexcept {
+    read(loops_);
+    auto to = gains_.begin() + RobotLayout::settings_head;
+    for (const auto* part : {&loops_.position.P, &loops_.position.I, &loops_.position.D, &loops_.torque.P,
+                             &loops_.torque.I, &loops_.torque.D, &loops_.motors.k_tau, &loops_.motors.k_bemf})
+        to = std::copy(part->begin(), part->end(), to);
+    end_.show_gains(gains_.data());
+}
+
+void RobotHost::take() noexcept {
+    for (Stamp stamp; end_.take_command(command_.data(), stamp);) {
+        const double session = command_[RobotLayout::session];
+        if (session == last_session_ || session == 0) continue;
+        if (session != session_) {
+            if (session_ != 0) let_go(Event::died);
+            session_ = session;
+            state_[RobotLayout::owner] = session;
+            state_[RobotLayout::commands] = state_[RobotLayout::settings] = state_[RobotLayout::refused] = 0;
+            gains_[RobotLayout::of] = session;
+            gains_[RobotLayout::count] = 0;
+            read(before_);
+            is_changed_ = false;
+            show_gains();
+            tell(Event::came);
+        }
+        heard_ = stamp.time;
+        if (command_[RobotLayout::release] != 0) let_go(Event::left);
+    }
+}
+
+void RobotHost::obey() noexcept {
+    if (session_ == 0) return;
+    obey_settings();
+    const double mode = command_[RobotLayout::mode_asked];
+    if (command_[RobotLayout::mode_count] != modes_set_ && command_[RobotLayout::mode_count] != 0) {
+        modes_set_ = command_[RobotLayout::mode_count];
+        references_ = 0;
+        const bool is_known =
+            mode >= 0 && mode < mode_count && (description_.modes >> static_cast<int>(mode) & 1);
+        const auto asked = static_cast<ControlMode>(is_known ? static_cast<int>(mode) : 0);
+        if (is_known && robot_.set_mode(asked) &&
+            (!(command_[RobotLayout::limit] > 0) ||
+             robot_.set_trajectory_limit(asked, command_[RobotLayout::limit])))
+            state_[RobotLayout::mode] = mode;
+        else
+            refuse(Refusal::mode);
+    }
+    if (command_[RobotLayout::references] != references_ && state_[RobotLayout::mode] == mode &&
+        modes_set_ != 0) {
+        references_ = command_[RobotLayout::references];
+        const double* given = &command_[RobotLayout::command_head];
+        values_ = Eigen::Map<const Eigen::VectorXd>(given, at_.n);
+        if (!are_finite(given, at_.n) ||
+            !robot_.write(static_cast<ControlMode>(static_cast<int>(mode)), values_))
+            refuse(Refusal::references);
+    }
+    state_[RobotLayout::commands] = command_[RobotLayout::number];
+}
+
+void RobotHost::obey_settings() noexcept {
+    if (!end_.take_settings(settings_.data()) || settings_[RobotLayout::of] != session_) return;
+    const double changed = settings_[RobotLayout::changed];
+    const int which = changed >= 0 && changed < 8 ? static_cast<int>(changed) : 0;
+    is_changed_ = true;
+    const auto part = [&](int at) {
+        return Eigen::Map<const Eigen::VectorXd>(&settings_[static_cast<std::size_t>(at)], at_.n);
+    };
+    for (const auto& [loop, bit, has, refusal] :
+         {std::tuple(Loop::position, 1, description_.has_position_gains, Refusal::position_gains),
+          std::tuple(Loop::torque, 2, description_.has_torque_gains, Refusal::torque_gains)}) {
+        if (!(which & bit)) continue;
+        auto& gains = loop == Loop::position ? loops_.position : loops_.torque;
+        const int at = at_.gains(loop);
+        gains.P = part(at);
+        gains.I = part(at + at_.n);
+        gains.D = part(at + 2 * at_.n);
+        if (!has || !are_finite(&settings_[static_cast<std::size_t>(at)], 3 * at_.n) ||
+            !robot_.write_gains(loop, gains))
+            refuse(refusal);
+    }
+    if (which & 4) {
+        loops_.motors.k_tau = part(at_.motors());
+        loops_.motors.k_bemf = part(at_.motors() + at_.n);
+        if (!description_.has_motor_parameters ||
+            !are_finite(&settings_[static_cast<std::size_t>(at_.motors())], 2 * at_.n) ||
+            !robot_.write_motor_parameters(loops_.motors))
+            refuse(Refusal::motor_parameters);
+    }
+    state_[RobotLayout::settings] = gains_[RobotLayout::count] = settings_[RobotLayout::count];
+    show_gains();
+}
+
+void RobotHost::refuse(Refusal what) noexcept {
+    if (state_[RobotLayout::refused] == 0) tell(Event::refused);
+    state_[RobotLayout::refused] = static_cast<double>(what);
+}
+
+void RobotHost::let_go(Event why) noexcept {
+    if (is_changed_) {
+        if (description_.has_position_gains) robot_.write_gains(Loop::position, before_.position);
+        if (description_.has_torque_gains) robot_.write_gains(Loop::torque, before_.torque);
+        if (description_.has_motor_parameters) robot_.write_motor_parameters(before_.motors);
+        show_gains();
+    }
+    if (modes_set_ != 0) take_joints(); // which nobody else has commanded
+    modes_set_ = references_ = 0;
+    last_session_ = std::exchange(session_, 0);
+    state_[RobotLayout::owner] = 0;
+    gone_.fetch_add(1, std::memory_order_relaxed);
+    tell(why);
+}
+
+void RobotHost::take_joints() noexcept {
+    const auto go_to = [&](ControlMode mode) {
+        if (!(description_.modes >> static_cast<int>(mode) & 1) || !robot_.set_mode(mode)) return false;
+        state_[RobotLayout::mode] = static_cast<int>(mode);
+        return true;
+    };
+    if (options_.on_loss == OnLoss::limp) {
+        go_to(ControlMode::torque);
+    } else if (!go_to(ControlMode::position) && go_to(ControlMode::position_direct) &&
+               robot_.read(Measurement::joint_position, values_)) {
+        robot_.write(ControlMode::position_direct, values_);
+    }
+}
+
+void RobotHost::tell(Event event) noexcept {
+    const unsigned next = told_.load(std::memory_order_relaxed);
+    if (next - seen_.load(std::memory_order_acquire) == events_.size()) return; // nobody listens
+    events_[next % events_.size()].store(event, std::memory_order_relaxed);
+    told_.store(next + 1, std::memory_order_release);
+}
+
+bool RobotHost::take_event(Event& event) noexcept {
+    const unsigned next = seen_.load(std::memory_order_relaxed);
+    if (next == told_.load(std::memory_order_acquire)) return false;
+    event = events_[next % events_.size()].load(std::memory_order_relaxed);
+    seen_.store(next + 1, std::memory_order_release);
+    return true;
+}
+
+} // namespace bf::middleware

@@ -1,0 +1,139 @@
+// A robot that a thread of the test serves, and diagrams that drive it.
+#pragma once
+
+#include "bf/middleware/robot_host.hpp"
+#include "running.hpp"
+
+#include <atomic>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace bf::middleware::test {
+
+using toolbox::test::Running;
+
+/// Three joints of an iCub that hangs in the air, with a sensor in its foot.
+inline const std::string icub = "  robot: {block: WholeBodyToolbox/Configuration, joints: \"{'l_hip_pitch', "
+                                "'l_knee', 'l_ankle_roll'}\"}\n";
+inline const std::string icub_world =
+    "  world: {block: WholeBodyToolbox/MujocoWorld, floating_base: false, floor: false, period: 0.001, "
+    "ft_sensors: \"{'l_foot_ft_sensor'}\", torque_gains: [0.1 0 0], gear_ratio: [100]}\n";
+inline std::string diagram(const std::string& blocks, const std::string& connections = "",
+                           const std::string& plugin = "") {
+    return "model: m\nplugins: [WholeBodyToolbox" + (plugin.empty() ? "" : ", " + plugin) +
+           "]\nstep: 0.001\nblocks:\n" + blocks + (connections.empty() ? "" : "connections:\n" + connections);
+}
+
+/// Reads all that there is and drives the joints by sines, in some mode.
+inline std::string controller(const std::string& mode) {
+    std::string blocks;
+    for (const std::string what :
+         {"Joints Position", "Joints Velocity", "Joints Acceleration", "Joints Torque", "Motor Position",
+          "Motor Velocity", "Motor Acceleration", "Motor Current", "Motor PWM"}) {
+        std::string name = what;
+        name[name.find(' ')] = '_';
+        blocks += "  " + name + ": {block: WholeBodyToolbox/GetMeasurement, measured_type: " + what + "}\n";
+    }
+    return blocks +
+           "  wrench: {block: WholeBodyToolbox/GetSensor, sensor: l_foot_ft_sensor}\n"
+           "  imu: {block: WholeBodyToolbox/GetSensor, kind: imu}\n"
+           "  limits: {block: WholeBodyToolbox/GetLimits, limit_type: ControlBoardPosition}\n"
+           "  speeds: {block: WholeBodyToolbox/GetLimits, limit_type: ControlBoardVelocity}\n"
+           "  gains: {block: WholeBodyToolbox/GetLowLevelPIDs}\n"
+           "  torque_gains: {block: WholeBodyToolbox/GetLowLevelPIDs, control_type: Torque}\n"
+           "  sine: {block: Sine, amplitude: [0.3 -0.2 0.1], frequency: 6, phase: 0.4}\n"
+           "  drive: {block: WholeBodyToolbox/SetReferences, control_type: " +
+           mode + "}\n";
+}
+inline const std::string wires = "  sine: drive\n";
+
+/// What that controller reads.
+inline const std::vector<std::string> seen{"Joints_Position.y",
+                                           "Joints_Velocity.y",
+                                           "Joints_Acceleration.y",
+                                           "Joints_Torque.y",
+                                           "Motor_Position.y",
+                                           "Motor_Velocity.y",
+                                           "Motor_Acceleration.y",
+                                           "Motor_Current.y",
+                                           "Motor_PWM.y",
+                                           "wrench.y",
+                                           "imu.y",
+                                           "limits.minimum",
+                                           "limits.maximum",
+                                           "speeds.minimum",
+                                           "speeds.maximum",
+                                           "gains.P",
+                                           "gains.I",
+                                           "gains.D",
+                                           "torque_gains.P"};
+
+/// Serves the one robot of a model, as `bf serve` does.
+class Served {
+  public:
+    Served(std::unique_ptr<RobotEnd> its_end, const std::string& model, HostOptions options = {})
+        : running_(model), end(std::move(its_end)) {
+        options.goes_on = [this] { return goes_on_.load(); };
+        const auto& nodes = running_.diagram().nodes;
+        for (std::size_t n = 0; n < nodes.size(); ++n) {
+            const auto& declaration = nodes[n].block->declaration();
+            for (std::size_t i = 0; i < declaration.objects.size(); ++i)
+                if (const int p = declaration.objects[i].provision;
+                    p >= 0 && declaration.provisions[static_cast<std::size_t>(p)].type ==
+                                  toolbox::RobotDevice::resource) {
+                    device = static_cast<const toolbox::RobotDevice*>(
+                        nodes[n].block->resolution().find_provided(toolbox::RobotDevice::resource));
+                    robot = static_cast<toolbox::RobotConnection*>(
+                        running_.simulation.context().frame(static_cast<int>(n)).objects[i]);
+                }
+        }
+        host = std::make_unique<RobotHost>("robot", *device, *robot, *end, options);
+        host->start(0.001);
+        observer_.host = host.get();
+        running_.simulation.add_observer(observer_);
+    }
+    ~Served() { end_run(); }
+
+    /// In a thread.
+    void run() {
+        thread_ = std::thread([this] {
+            while (goes_on_ && running_.step()) continue;
+        });
+    }
+    void end_run() {
+        goes_on_ = false;
+        if (thread_.joinable()) thread_.join();
+    }
+    bool step() { return running_.step(); }
+    double scalar(const std::string& path) const { return running_.scalar(path); }
+    Matrix get(const std::string& path) const { return running_.get(path); }
+    double time() const { return running_.simulation.time(); }
+
+    std::string events() {
+        static const char* const names[] = {"came", "left", "died", "silent", "refused"};
+        std::string text;
+        for (RobotHost::Event event; host->take_event(event);)
+            text += (text.empty() ? "" : " ") + std::string(names[static_cast<int>(event)]);
+        return text;
+    }
+
+  private:
+    struct Observer : Run::Observer {
+        RobotHost* host = nullptr;
+        void observe(const bf::Run& run) noexcept override { host->step(run.time()); }
+    };
+    Running running_;
+    std::atomic<bool> goes_on_{true};
+    std::thread thread_;
+    Observer observer_;
+
+  public:
+    const toolbox::RobotDevice* device = nullptr;
+    toolbox::RobotConnection* robot = nullptr;
+    std::unique_ptr<RobotEnd> end;
+    std::unique_ptr<RobotHost> host;
+};
+
+} // namespace bf::middleware::test

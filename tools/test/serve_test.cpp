@@ -1,0 +1,84 @@
+// bf serve: who may drive the robots of a model.
+#include "command.hpp"
+
+namespace bf::tools {
+namespace {
+
+class Serve : public Command {
+  protected:
+    /// A robot's description with one joint, and a model with its world and other blocks.
+    void SetUp() override {
+        Command::SetUp();
+        write(
+            "arm.urdf",
+            R"(<robot name="arm"><link name="stand"><inertial><mass value="3"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <link name="bob"><inertial><origin xyz="0 0 -0.5"/><mass value="2"/><inertia ixx="0.02" iyy="0.03" izz="0.03" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <joint name="swing" type="continuous"><axis xyz="0 1 0"/><parent link="stand"/><child link="bob"/></joint></robot>)");
+        model("arm.yaml", "");
+    }
+    void model(const std::string& file, const std::string& more) {
+        write(file,
+              "model: arm\nplugins: [WholeBodyToolbox, SharedMemory]\nstep: 0.001\nstop: 0.01\nblocks:\n"
+              "  robot: {block: WholeBodyToolbox/Configuration, robot: arm.urdf, floating_base: false}\n"
+              "  world: {block: WholeBodyToolbox/MujocoWorld}\n" +
+                  more);
+    }
+    const std::string name = "serve-" + std::to_string(getpid());
+};
+
+} // namespace
+
+TEST_F(Serve, LetsOneDiagramDriveTheRobotOfAnother) {
+    model("drive.yaml",
+          "  tau: {block: Constant, value: 0.5}\n  set: {block: WholeBodyToolbox/SetReferences}\n"
+          "connections: {tau: set.u}\n");
+    std::string drive = read("drive.yaml");
+    drive.replace(drive.find("WholeBodyToolbox/MujocoWorld"), 28,
+                  "SharedMemory/Robot, period: 0.001, name: " + name);
+    write("drive.yaml", drive);
+    const auto both =
+        shell("'" BF_PROGRAM "' serve arm.yaml --once --record world.mcap --shm " + name +
+              " & '" BF_PROGRAM "' run drive.yaml --quiet; code=$?; wait $!; exit $((code + $?))");
+    EXPECT_EQ(both.code, 0) << both.err;
+    EXPECT_NE(both.err.find("  serves the robot '" + name + "' in shared memory\n"), std::string::npos)
+        << both.err;
+    EXPECT_NE(both.err.find("a controller has come\n"), std::string::npos) << both.err;
+    EXPECT_NE(both.err.find("the controller has left; its joints hold\n"), std::string::npos) << both.err;
+    EXPECT_NE(both.out.find("world.worst_age"), std::string::npos) << "the report has it: " << both.out;
+}
+
+TEST_F(Serve, RefusesWhatCannotBeServed) {
+    const auto refused = [&](const std::string& arguments, int code, const std::string& text) {
+        const auto outcome = bf("serve " + arguments, "timeout 60");
+        EXPECT_EQ(outcome.code, code) << arguments;
+        EXPECT_NE(outcome.err.find(text), std::string::npos) << outcome.err;
+    };
+    model("driven.yaml",
+          "  tau: {block: Constant, value: 0.5}\n  set: {block: WholeBodyToolbox/SetReferences}\n"
+          "connections: {tau: set.u}\n");
+    refused("driven.yaml --shm " + name, 1,
+            "set drives the robot 'world', which can have one controller alone; serve a model without it");
+    model("wired.yaml", "  tau: {block: Constant, value: 0.5}\nconnections: {tau: world.tau}\n");
+    refused("wired.yaml --shm " + name, 1, "world.tau drives the robot 'world'");
+    write("none.yaml", "model: none\nstep: 1\nblocks: {c: {block: Constant}}\n");
+    refused("none.yaml --shm " + name, 1,
+            "none.yaml has no robot to serve; give it a MujocoWorld, or a WorldRobot in a World");
+    refused("arm.yaml --shm a/b", 2, "the robot's name is 'a/b'; write up to 100 letters");
+    refused("arm.yaml", 2, "--shm");
+    refused("arm.yaml --on-loss fall --shm " + name, 2, "--on-loss");
+    const auto second =
+        shell("'" BF_PROGRAM "' serve arm.yaml --quiet --stop 1 --realtime --priority 0 --shm " + name +
+              " & sleep 0.4; '" BF_PROGRAM "' serve arm.yaml --shm " + name + "; code=$?; wait; exit $code");
+    EXPECT_EQ(second.code, 1);
+    EXPECT_NE(second.err.find("another program serves a robot of that name; end it, or choose another name"),
+              std::string::npos)
+        << second.err;
+}
+
+TEST_F(Serve, IsInterruptedWhileItWaits) {
+    const auto ended = shell("'" BF_PROGRAM "' serve arm.yaml --shm " + name +
+                             " & one=$!; sleep 0.5; kill -TERM $one; wait $one");
+    EXPECT_EQ(ended.code, 143) << ended.err;
+}
+
+} // namespace bf::tools

@@ -23,7 +23,7 @@ check-all: build
 	@test -f $(BUILD)/clang/build.ninja || CC=clang-14 CXX=clang++-14 cmake -S . -B $(BUILD)/clang -G Ninja -DBF_EVERY_COMPILER=ON $(CMAKE_FLAGS)
 	ninja -C $(BUILD)/clang all bf_benchmarks
 	ctest --test-dir $(BUILD)/clang --output-on-failure -j2
-	@test -f $(BUILD)/reduced/build.ninja || cmake -S . -B $(BUILD)/reduced -G Ninja -DBF_ROBOTS=OFF -DBF_SUNDIALS=OFF \
+	@test -f $(BUILD)/reduced/build.ninja || cmake -S . -B $(BUILD)/reduced -G Ninja -DBF_ROBOTS=OFF -DBF_SUNDIALS=OFF -DBF_FMI=OFF \
 	    $(patsubst %,-DCMAKE_DISABLE_FIND_PACKAGE_%=ON,SUNDIALS pinocchio proxsuite tinyxml2 MuJoCo assimp) $(CMAKE_FLAGS)
 	ninja -C $(BUILD)/reduced
 	ctest --test-dir $(BUILD)/reduced --output-on-failure -j2

@@ -29,6 +29,8 @@ ROWS = [
     ("codegen.icub_vs_hand", "us", "codegen.icub_law/generated", "codegen.icub_law/hand", "<= 1.2 x"),
     ("toolbox.whole_body_step", "us", "toolbox.whole_body_step/diagram", "toolbox.whole_body_step/bare_pinocchio", "<= 1.05 x"),
     ("toolbox.whole_body_step_30", "us", "toolbox.whole_body_step_30/diagram", "toolbox.whole_body_step_30/bare_pinocchio", "<= 1.05 x"),
+    ("fmu.step", "ns", "fmu.step", "fmu.step/generated", "<= 100 ns more"),
+    ("fmu.block", "ns", "fmu.block", "fmu.step", "<= 150 ns more"),
     ("toolbox.whole_body_step_idyntree", "us", "toolbox.whole_body_step/diagram", "toolbox.whole_body_step/idyntree", ""),
     ("toolbox.qp_12x38", "us", "toolbox.qp_12x38/block", "toolbox.qp_12x38/bare_daqp", "<= 1.1 x"),
     ("toolbox.hierarchy_3x60", "us", "toolbox.hierarchy_3x60/hierarchy", "toolbox.hierarchy_3x60/bare_daqp", "<= 1.2 x"),

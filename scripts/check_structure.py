@@ -16,6 +16,7 @@ LIBRARIES = {
     "Eigen": ("Eigen/", "unsupported/Eigen"),
     "Pinocchio": ("pinocchio/", "urdf_parser/", "console_bridge/", "urdf_model/", "urdf_world/"),
     "tinyxml2": ("tinyxml2.h",),
+    "minizip": ("unzip.h", "zip.h"),
     "MuJoCo": ("mujoco/",),
     "Assimp": ("assimp/",),
     "OSMesa": ("GL/",),

@@ -1,6 +1,7 @@
 // One generation: gives every quantity its place in a structure, then prints.
 #pragma once
 
+#include "bf/codegen/fmu.hpp"
 #include "bf/codegen/generate.hpp"
 #include "bf/program/program.hpp"
 
@@ -65,6 +66,7 @@ class Generator {
     Generator(const Diagram& diagram, const Options& options);
     virtual ~Generator() = default;
     virtual Files run();
+    FmuCode fmu(int version);
     MemoryReport memory() const; ///< after run()
     std::vector<BlockPlace> places_in(const Files& files) const;
 
@@ -236,6 +238,8 @@ class Generator {
     std::string hosted_slot(int n, int s) const;
     std::string tables() const;
     std::string table_row(const std::string& name, const Node::End& end) const;
+    std::string table_row(const std::string& name, const Node::End& end, const Place& place,
+                          const std::string& unit, const std::string& doc) const;
     std::string variables_structure() const;
     std::vector<Guarded> follow() const; ///< what formulas give, in their order
     std::string fixed_rows() const;

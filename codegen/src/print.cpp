@@ -192,9 +192,10 @@ std::string Generator::header(const Calls& calls) const {
                "set_arguments(std::vector<bf::generated::Entry> arguments) { arguments_ = "
                "std::move(arguments); }\n"
              : "") +
-        "    " + table + "Quantities input_table() " + end + "    " + table + "Quantities recorded_table() " +
-        end + "    /// Values that the model reports at its end.\n    " + table +
-        "Quantities check_table() " + end + has_fired() +
+        "    " + table + "Quantities input_table() " + end +
+        (is_dynamic() ? "" : "    " + table + "Quantities output_table() " + end) + "    " + table +
+        "Quantities recorded_table() " + end + "    /// Values that the model reports at its end.\n    " +
+        table + "Quantities check_table() " + end + has_fired() +
         "    void* data(const bf::generated::Quantity& quantity) noexcept;\n"
         "    const void* data(const bf::generated::Quantity& quantity) const noexcept;\n\n"
         "  private:\n";

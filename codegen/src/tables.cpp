@@ -30,8 +30,12 @@ static std::string last_members(const Limits& limits, const std::string& element
 }
 
 std::string Generator::table_row(const std::string& name, const Node::End& end) const {
+    return table_row(name, end, place_of(end), unit_text(diagram_.slot(end)), diagram_.slot(end).doc);
+}
+
+std::string Generator::table_row(const std::string& name, const Node::End& end, const Place& place,
+                                 const std::string& unit, const std::string& doc) const {
     const Slot& slot = diagram_.slot(end);
-    const Place& place = place_of(end);
     std::string structure = place.structure == "continuous" ? "continuousStates" : place.structure;
     structure[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(structure[0])));
     const auto least = std::find_if(parameters_.begin(), parameters_.end(), [&](const Field& field) {
@@ -39,7 +43,7 @@ std::string Generator::table_row(const std::string& name, const Node::End& end) 
     });
     const int at_least =
         least == parameters_.end() ? -1 : static_cast<int>(std::distance(parameters_.begin(), least));
-    return "    {" + literal(name) + ", " + literal(unit_text(slot)) + ", " + literal(slot.doc) +
+    return "    {" + literal(name) + ", " + literal(unit) + ", " + literal(doc) +
            ", Type::" + enumerator(type_of(slot)) + ", Where::" + place.structure + ", " +
            number(slot.size.rows) + ", " + number(slot.size.cols) + ", offsetof(" + class_ +
            "::" + structure + ", " + place.member + "), " + number(formula_of(name)) +
@@ -113,7 +117,7 @@ std::vector<SignalName> Generator::recorded_rows() const {
 
 std::string Generator::tables() const {
     const auto& d = diagram_;
-    std::string parameters, inputs, recorded, checks, variables;
+    std::string parameters, inputs, outputs, recorded, checks, variables;
     for (const auto& field : formulas_.variables) {
         const auto& v = definition(field.definition);
         variables += "    {" + literal(v.path) + ", " + literal(v.unit) + ", " + literal(v.about()) +
@@ -124,6 +128,8 @@ std::string Generator::tables() const {
     for (const auto& field : parameters_) parameters += table_row(field.path, field.end);
     for (const auto& input : d.inputs)
         if (!place_of(input.end).member.empty()) inputs += table_row(input.path, input.end);
+    for (const auto& output : outputs_)
+        outputs += table_row(output.path, output.end, {"outputs", output.member}, output.unit, output.doc);
     for (const auto& signal : recorded_rows()) recorded += table_row(signal.path, signal.end);
     for (const auto& check : d.checks())
         if (d.slot(check.end).size.count() > 0) checks += table_row(check.path, check.end);
@@ -147,7 +153,8 @@ std::string Generator::tables() const {
            class_ +
            "::find_parameter(const char* name) noexcept {\n    const Quantity* found = "
            "parameter_table().find(name);\n    return found ? found : variable_table().find(name);\n}\n\n" +
-           table("input", inputs) + table("recorded", recorded) + table("check", checks) + "void* " + class_ +
+           table("input", inputs) + table("output", outputs) + table("recorded", recorded) +
+           table("check", checks) + "void* " + class_ +
            "::data(const Quantity& quantity) noexcept {\n"
            "    return const_cast<void*>(static_cast<const " +
            class_ +
@@ -157,6 +164,8 @@ std::string Generator::tables() const {
            "::data(const Quantity& quantity) const noexcept {\n"
            "    const void* structure = quantity.where == Where::inputs       ? static_cast<const "
            "void*>(&inputs)\n"
+           "                            : quantity.where == Where::outputs    ? static_cast<const "
+           "void*>(&outputs)\n"
            "                            : quantity.where == Where::parameters ? static_cast<const "
            "void*>(&parameters)\n" +
            (has_variables() ? "                            : quantity.where == Where::variables ? "

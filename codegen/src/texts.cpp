@@ -52,13 +52,16 @@ void add_header(const std::string& header, Files& files) {
     for (const auto& text : texts) {
         if (text.name != header) continue;
         files["include/" + header] = std::string(text.content);
-        constexpr std::string_view include = "#include \"";
-        for (auto at = text.content.find(include); at != std::string_view::npos;
-             at = text.content.find(include, at + 1)) {
-            const auto begin = at + include.size();
-            add_header(std::string(text.content.substr(begin, text.content.find('"', begin) - begin)), files);
-        }
+        add_headers_of(text.content, files);
         return;
+    }
+}
+
+void add_headers_of(std::string_view text, Files& files) {
+    constexpr std::string_view include = "#include \"";
+    for (auto at = text.find(include); at != std::string_view::npos; at = text.find(include, at + 1)) {
+        const auto begin = at + include.size();
+        add_header(std::string(text.substr(begin, text.find('"', begin) - begin)), files);
     }
 }
 

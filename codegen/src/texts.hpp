@@ -13,5 +13,7 @@ const std::string* header_of_kernel(std::string_view printed_name);
 
 /// Adds a header and all that it includes, as "include/bf/...".
 void add_header(const std::string& header, Files& files);
+/// Those that a text includes.
+void add_headers_of(std::string_view text, Files& files);
 
 } // namespace bf::codegen

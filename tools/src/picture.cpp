@@ -59,6 +59,11 @@ void convert(const fs::path& svg, const fs::path& output, const std::string& for
 } // namespace
 
 void write_picture(const editor::Drawing& drawing, bool is_dark, const std::string& file) {
+    save_picture(drawing, is_dark, file);
+    if (file != "/dev/stdout") std::printf("%s\n", file.c_str());
+}
+
+void save_picture(const editor::Drawing& drawing, bool is_dark, const std::string& file) {
     const std::string format = fs::path(file).extension().string();
     if (format == ".png") require_png(editor::sheet_of(drawing));
     const std::string svg = editor::to_svg(drawing, is_dark);
@@ -82,7 +87,6 @@ void write_picture(const editor::Drawing& drawing, bool is_dark, const std::stri
                            ": give a name that ends in .svg, .pdf or .png");
     }
     output.commit();
-    if (file != "/dev/stdout") std::printf("%s\n", file.c_str());
 }
 
 } // namespace bf::tools

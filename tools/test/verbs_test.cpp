@@ -250,7 +250,7 @@ TEST_F(Verbs, DoctorSaysWhatThereIs) {
     const auto json = nlohmann::json::parse(bf("doctor --json").out);
     EXPECT_EQ(json["version"], "0.1.0");
     for (const auto& [number, plugin] :
-         {std::pair(0, "SharedMemory"), {1, "WholeBodyCameras"}, {2, "WholeBodyToolbox"}})
+         {std::pair(0, "FMI"), {1, "SharedMemory"}, {2, "WholeBodyCameras"}, {3, "WholeBodyToolbox"}})
         EXPECT_EQ(json["plugins"][number]["name"], plugin);
     EXPECT_EQ(json["middlewares"][0]["name"], "shared memory");
     EXPECT_EQ(json["middlewares"][0]["good"], true);

@@ -17,7 +17,7 @@ namespace bf::generated {
 enum class Type : std::uint8_t { float64, float32, int8, uint8, int16, uint16, int32, uint32, boolean };
 
 /// In which structure of the model a quantity lies.
-enum class Where : std::uint8_t { inputs, parameters, variables, signals, states, continuous };
+enum class Where : std::uint8_t { inputs, outputs, parameters, variables, signals, states, continuous };
 
 /// A parameter, a variable, a recorded signal or a reported state under the name that the diagram gives it.
 struct Quantity {

@@ -5,7 +5,6 @@
 #include "bf/run/run_c.h"
 
 #include <cstring>
-#include <memory>
 #include <new>
 #include <type_traits>
 
@@ -101,6 +100,7 @@ template <class Model, const RunTables& (*tables)()> class RunLibrary {
                                  : which == bf_run_inputs     ? model.input_table()
                                  : which == bf_run_parameters ? model.parameter_table()
                                  : which == bf_run_variables  ? model.variable_table()
+                                 : which == bf_run_outputs    ? model.output_table()
                                                               : model.check_table();
         if (number >= table.count) return false;
         const Quantity& q = table.first[number];
@@ -140,8 +140,7 @@ template <class Model, const RunTables& (*tables)()> class RunLibrary {
 
     static void save(const bf_run_model* handle, void* bytes) {
         if constexpr (can_be_saved) {
-            const auto copy = std::make_unique<Model>(*of(handle));
-            std::memcpy(bytes, copy.get(), sizeof(Model));
+            std::memcpy(bytes, handle, sizeof(Model));
         } else {
             static_cast<void>(handle), static_cast<void>(bytes);
         }
@@ -150,13 +149,15 @@ template <class Model, const RunTables& (*tables)()> class RunLibrary {
     static void restore(bf_run_model* handle, const void* bytes) {
         if constexpr (can_be_saved) {
             Model& model = *of(handle);
-            const auto copy = std::make_unique<Model>();
-            std::memcpy(static_cast<void*>(copy.get()), bytes, sizeof(Model));
             if constexpr (detail::HasObserver<Model>::value) {
-                copy->before_event = model.before_event;
-                copy->observer = model.observer;
+                const auto call = model.before_event;
+                void* const with = model.observer;
+                std::memcpy(static_cast<void*>(&model), bytes, sizeof(Model));
+                model.before_event = call;
+                model.observer = with;
+            } else {
+                std::memcpy(static_cast<void*>(&model), bytes, sizeof(Model));
             }
-            model = *copy;
         } else {
             static_cast<void>(handle), static_cast<void>(bytes);
         }

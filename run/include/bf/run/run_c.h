@@ -1,7 +1,7 @@
 /* A running model as functions of C: what a shared library gives that exports bf_run_v1.
  *
- * C11 and C++, and no other header of BlockFactory: generated projects carry a copy of this file. Texts and tables belong to
- * the library. One thread at a time uses a model; models do not know of one another. */
+ * C11 and C++, and no other header of BlockFactory: generated projects carry a copy of this file. Texts and
+ * tables belong to the library. One thread at a time uses a model; models do not know of one another. */
 #pragma once
 
 #include <stdbool.h>
@@ -28,10 +28,17 @@ typedef struct {
     const bf_run_name* names; /* of its values, for people */
     int name_count;
     const char* elements; /* names of the elements of a vector, a line each; an empty line: none */
-    void* data; /* column by column, as long as the model lives; write inputs alone */
+    void* data;           /* column by column, as long as the model lives; write inputs alone */
 } bf_run_quantity;
 
-typedef enum { bf_run_signals, bf_run_inputs, bf_run_parameters, bf_run_variables, bf_run_checks } bf_run_table;
+typedef enum {
+    bf_run_signals,
+    bf_run_inputs,
+    bf_run_parameters,
+    bf_run_variables,
+    bf_run_checks,
+    bf_run_outputs
+} bf_run_table;
 
 typedef struct {
     double period; /* s */
@@ -73,7 +80,7 @@ typedef struct {
     bool (*update)(bf_run_model* model);
     void (*terminate)(bf_run_model* model);
     int64_t (*steps)(const bf_run_model* model);
-    bool (*is_hit)(const bf_run_model* model, int rate); /* in this step */
+    bool (*is_hit)(const bf_run_model* model, int rate);    /* in this step */
     const char* (*failed_block)(const bf_run_model* model); /* null: none */
     const char* (*failure)(const bf_run_model* model);
     /* Parameters and variables by name, all or none; null, or what is wrong. */

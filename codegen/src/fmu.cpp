@@ -1,0 +1,190 @@
+// Models as FMUs.
+#include "bf/codegen/fmu.hpp"
+
+#include "generator.hpp"
+#include "texts.hpp"
+
+#include "bf/core/hash.hpp"
+
+#include <cstdio>
+#include <set>
+#include <span>
+#include <unordered_set>
+
+namespace bf::codegen {
+
+namespace {
+
+/// The inputs of the root on which signals depend in the same step: through inputs that a block reads for its
+/// outputs, through what decides whether and how often it runs, and through the objects that it shares with
+/// others.
+class Dependencies {
+  public:
+    explicit Dependencies(const Diagram& diagram) : diagram_(diagram) {
+        for (const auto& input : diagram.inputs) inputs_[{input.end.node, input.end.slot}] = input.path;
+    }
+
+    std::vector<std::string> of(const Node::End& end) {
+        found_.clear();
+        seen_.clear();
+        follow(end);
+        return {found_.begin(), found_.end()};
+    }
+
+  private:
+    void follow(const Node::End& end) {
+        if (end.node < 0 || !seen_.insert({end.node, end.slot}).second) return;
+        if (const auto input = inputs_.find({end.node, end.slot}); input != inputs_.end()) {
+            found_.insert(input->second);
+            return;
+        }
+        const auto& node = diagram_.nodes[static_cast<std::size_t>(end.node)];
+        for (std::size_t s = 0; s < node.sources.size(); ++s)
+            if (node.block->resolution().slots[s].role == Role::input &&
+                node.block->feedthrough(end.slot, static_cast<int>(s)))
+                follow(node.sources[s].node >= 0 ? node.sources[s]
+                                                 : Node::End{end.node, static_cast<int>(s)});
+        for (int c = node.condition; c >= 0; c = diagram_.conditions[static_cast<std::size_t>(c)].parent) {
+            const auto& condition = diagram_.conditions[static_cast<std::size_t>(c)];
+            for (const auto& by : {condition.enable, condition.trigger, condition.reset}) follow(by);
+        }
+        for (int l = node.loop; l >= 0; l = diagram_.plan.loops[static_cast<std::size_t>(l)].parent) {
+            const auto& loop = diagram_.plan.loops[static_cast<std::size_t>(l)];
+            for (const auto& by : {loop.count, loop.initial, loop.again}) follow(by);
+        }
+        for (const auto& provider : node.providers) follow_all(provider.node);
+    }
+    /// All that a provider reads.
+    void follow_all(int n) {
+        const auto& node = diagram_.nodes[static_cast<std::size_t>(n)];
+        for (const auto& source : node.sources) follow(source);
+        for (const auto& provider : node.providers)
+            if (seen_.insert({provider.node, -1}).second) follow_all(provider.node);
+    }
+
+    const Diagram& diagram_;
+    std::map<std::pair<int, int>, std::string> inputs_;
+    std::set<std::string> found_;
+    std::set<std::pair<int, int>> seen_;
+};
+
+std::vector<double> elements_of(const std::vector<double>& initial, std::size_t count) {
+    if (initial.size() == count) return initial;
+    return std::vector<double>(count, initial.empty() ? 0.0 : initial.front());
+}
+
+} // namespace
+
+FmuCode Generator::fmu(int version) {
+    FmuCode code;
+    for (auto& [name, text] : run())
+        if (!name.starts_with("include/") && name != "main.cpp" && !name.starts_with(file_ + "_c.") &&
+            (name.ends_with(".hpp") || name.ends_with(".cpp")))
+            code.files[name] = text;
+    if (has_hosted()) {
+        std::string blocks;
+        for (const auto& block : hosted_blocks(diagram_)) blocks += "\n  " + block;
+        throw GenerationError("no FMU can be made of '" + diagram_.name +
+                              "': these blocks are more than rules that can be printed:" + blocks +
+                              "\nreplace them, or export the part of the model without them");
+    }
+    code.options = {"-std=c++17", "-O3", "-DNDEBUG", "-ffp-contract=off", "-fno-semantic-interposition"};
+    if (!has_matrices_) code.options.push_back("-fno-tree-slp-vectorize");
+    code.identifier = file_;
+
+    std::string rows;
+    std::unordered_set<std::string> names{"time"};
+    Dependencies dependencies(diagram_);
+    const auto add = [&](FmuVariable variable, const char* table, int row) {
+        const bool is_new = names.insert(variable.name).second;
+        if (!is_new && variable.role == FmuVariable::Role::signal) return; // an output of that name is it
+        if (!is_new)
+            throw GenerationError(
+                "no FMU can be made of '" + diagram_.name + "': '" + variable.name +
+                "' names two of its ports, parameters or variables, or is the time; rename one");
+        rows += std::string("    {") + table + ", " + number(row) + ", " +
+                (variable.role == FmuVariable::Role::calculated ? "true" : "false") + "},\n";
+        code.variables.push_back(std::move(variable));
+    };
+    const auto of_slot = [&](FmuVariable::Role role, const std::string& path, const Node::End& end) {
+        const Slot& slot = diagram_.slot(end);
+        FmuVariable variable{role,           path,           unit_text(slot), slot.doc, type_of(slot),
+                             slot.size.rows, slot.size.cols, slot.limits,     {},       {}};
+        if (role != FmuVariable::Role::output && role != FmuVariable::Role::signal)
+            variable.start = elements_of(slot.initial, static_cast<std::size_t>(slot.size.count()));
+        return variable;
+    };
+    int row = 0;
+    for (const auto& input : inputs_) {
+        auto variable = of_slot(FmuVariable::Role::input, input.path, input.end);
+        variable.unit = input.unit, variable.doc = input.doc;
+        std::fill(variable.start.begin(), variable.start.end(), 0.0); // of the generated class
+        add(std::move(variable), "bf_run_inputs", row++);
+    }
+    row = 0;
+    for (const auto& output : outputs_) {
+        auto variable = of_slot(FmuVariable::Role::output, output.path, output.end);
+        variable.unit = output.unit, variable.doc = output.doc;
+        variable.inputs = dependencies.of(output.end);
+        add(std::move(variable), "bf_run_outputs", row++);
+    }
+    const auto role_of = [&](const std::string& name) {
+        return formula_of(name) < 0 ? FmuVariable::Role::parameter : FmuVariable::Role::calculated;
+    };
+    row = 0;
+    for (const auto& field : formulas_.variables) {
+        const auto& v = definition(field.definition);
+        FmuVariable variable{role_of(v.path),
+                             v.path,
+                             v.unit,
+                             v.about(),
+                             Type::float64,
+                             static_cast<int>(v.value.rows()),
+                             static_cast<int>(v.value.cols()),
+                             v.limits,
+                             {},
+                             {}};
+        for (matlab::Index i = 0; i < v.value.numel(); ++i) variable.start.push_back(v.value[i]);
+        add(std::move(variable), "bf_run_variables", row++);
+    }
+    row = 0;
+    for (const auto& field : parameters_) {
+        auto variable = of_slot(role_of(field.path), field.path, field.end);
+        add(std::move(variable), "bf_run_parameters", row++);
+    }
+    row = 0;
+    for (const auto& signal : recorded_rows())
+        add(of_slot(FmuVariable::Role::signal, signal.path, signal.end), "bf_run_signals", row++);
+
+    const std::string standard = "fmu" + std::to_string(version);
+    std::uint64_t hash = fnv1a({});
+    for (const auto& [name, text] : code.files) hash = fnv1a(std::as_bytes(std::span(text)), hash);
+    hash = fnv1a(std::as_bytes(std::span(rows)), hash);
+    char digits[20];
+    std::snprintf(digits, sizeof digits, "%016llx", static_cast<unsigned long long>(hash));
+    code.token = std::string("{bf-") + digits + "}";
+    code.files[file_ + "_fmu.cpp"] =
+        "// " + comment(diagram_.name) + " as an FMU of FMI " + std::to_string(version) +
+        ".0.\n#include \"bf/codegen/" + standard +
+        ".hpp\"\n\nextern \"C\" const bf_run_library* bf_run_v1(void);\n\n"
+        "static constexpr bf::generated::FmuVariable rows[] = {\n" +
+        (rows.empty() ? "    {bf_run_inputs, 0, false}, // none: not counted\n" : rows) +
+        "};\nconst bf::generated::FmuTables bf::generated::fmu_tables{bf_run_v1, " + literal(code.token) +
+        ", rows, " + std::to_string(code.variables.size()) + "};\n";
+    Files headers;
+    for (const auto& [name, text] : code.files) {
+        if (name.ends_with(".cpp")) code.sources.push_back(name);
+        add_headers_of(text, headers);
+    }
+    // They stand beside the sources, where every importer looks for them.
+    for (auto& [name, text] : headers)
+        code.files[name.substr(std::string("include/").size())] = std::move(text);
+    return code;
+}
+
+FmuCode generate_fmu(const Diagram& diagram, int version, const Options& options) {
+    Generator generator(diagram, options);
+    return generator.fmu(version);
+}
+
+} // namespace bf::codegen

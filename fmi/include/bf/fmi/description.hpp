@@ -1,0 +1,108 @@
+// What an FMU says of itself: modelDescription.xml of FMI 2.0 and 3.0.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace bf::fmi {
+
+/// An FMU that cannot be used; the text names it, what is wrong, the section of the standard and the remedy.
+struct FmuError : std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
+
+enum class Type {
+    float64,
+    float32,
+    int8,
+    uint8,
+    int16,
+    uint16,
+    int32,
+    uint32,
+    int64,
+    uint64,
+    boolean,
+    string,
+    binary,
+    clock,
+    enumeration
+};
+enum class Causality {
+    parameter,
+    calculated_parameter,
+    structural_parameter,
+    input,
+    output,
+    local,
+    independent
+};
+enum class Variability { constant, fixed, tunable, discrete, continuous };
+enum class Initial { none, exact, approx, calculated };
+
+struct Variable {
+    std::string name, unit = {}, doc = {};
+    std::uint32_t reference = 0;
+    Type type = Type::float64;
+    Causality causality = Causality::local;
+    Variability variability = Variability::continuous;
+    Initial initial = Initial::none;
+    std::vector<int> dimensions = {}; ///< none: one number
+    std::vector<double> start = {};   ///< row by row; empty: none is given
+    std::string text = {};            ///< the start of a string
+    std::optional<double> minimum = {}, maximum = {};
+    int derivative_of = -1; ///< number of the variable whose derivative this is
+    int count() const {
+        int product = 1;
+        for (const int size : dimensions) product *= size;
+        return product;
+    }
+};
+
+/// A variable that is computed, and what from; without a list, from everything.
+struct Unknown {
+    int variable; ///< its number
+    std::optional<std::vector<int>> dependencies = {};
+};
+
+/// What an FMU offers as one kind of interface.
+struct Interface {
+    std::string identifier; ///< of its library: a C name
+    bool has_state = false, can_serialize = false;
+    bool takes_any_step = false, has_event_mode = false, returns_early = false; ///< of co-simulation
+    std::optional<double> internal_step = {};                                   ///< s, of co-simulation
+    bool needs_completed_step = true;                                           ///< of model exchange
+    bool only_once = false;                                                     ///< per process
+    std::vector<std::string> sources = {}; ///< to compile, of an FMU of FMI 2.0 with sources
+};
+
+struct Description {
+    int version = 3; ///< 2 or 3
+    std::string name, token, doc = {}, tool = {};
+    std::optional<Interface> co_simulation = {}, model_exchange = {};
+    double start = 0;
+    std::optional<double> stop = {}, step = {}; ///< s
+    std::vector<Variable> variables = {};
+    std::vector<Unknown> outputs = {}, derivatives = {}, initial_unknowns = {};
+    int event_indicators = 0;
+};
+
+/// The same with a variable for each element of an array, "x[2]" and "x[1,2]", as FMI 2.0 has no arrays.
+/// References count them through the list from that of the first variable.
+Description scalars_of(const Description& description);
+
+std::string to_xml(const Description& description);
+
+/// A name as the structured naming convention of both standards writes it: parts that are no identifiers in
+/// quotes.
+std::string structured_name(const std::string& path);
+
+/// Reads the description of an FMU, as which messages name it. It is taken as hostile: throws FmuError for
+/// what is no such document, is larger than `description_limit`, or contradicts itself.
+Description read_description(const std::string& xml, const std::string& fmu);
+inline constexpr std::size_t description_limit = 64u << 20u; ///< bytes
+
+} // namespace bf::fmi

@@ -1,0 +1,122 @@
+// FMUs that run here: the library out of an archive, and its instances, alike for both versions of the
+// standard.
+#pragma once
+
+#include "bf/fmi/archive.hpp"
+#include "bf/fmi/call_order.hpp"
+#include "bf/fmi/description.hpp"
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace bf::fmi {
+
+/// An FMU's files in a folder of their own and its library, opened. It is a program: opening it runs its
+/// code.
+class Library {
+  public:
+    /// Extracts and opens it. Throws FmuError, also where it has none for this machine or lacks functions
+    /// that every importer needs.
+    explicit Library(const std::filesystem::path& archive);
+    ~Library();
+    Library(const Library&) = delete;
+    Library& operator=(const Library&) = delete;
+
+    const Description& description() const { return description_; }
+    const std::filesystem::path& archive() const { return archive_; }
+    std::filesystem::path resources() const { return folder_.path() / "resources"; }
+    /// The functions of the standard that it lacks.
+    std::vector<std::string> missing() const;
+    struct Functions; ///< those that are called
+
+  private:
+    friend class Instance;
+    std::filesystem::path archive_;
+    Description description_;
+    TemporaryFolder folder_;
+    void* handle_ = nullptr;
+    std::unique_ptr<Functions> functions_;
+};
+
+/// Values of variables of one type, one behind the other, which go to an instance and come from it in one
+/// call.
+class Values {
+  public:
+    /// Values of `type` in that version of the standard.
+    Values(int version, Type type) : version_(version), type_(type) {}
+    /// The place of the variable's first element.
+    std::size_t add(const Variable& variable);
+    Type type() const { return type_; }
+    std::size_t size() const { return count_; }
+    bool is_empty() const { return references_.empty(); }
+    double operator[](std::size_t i) const;
+    void set(std::size_t i, double x);
+    const std::vector<std::uint32_t>& references() const { return references_; }
+
+  private:
+    friend class Instance;
+    int version_;
+    Type type_;
+    std::size_t count_ = 0;
+    std::vector<std::uint32_t> references_;
+    std::vector<double> doubles_;        ///< of Float64 and Real
+    std::vector<std::int32_t> integers_; ///< of FMI 2.0: Integer, Boolean, Enumeration
+    std::vector<unsigned char> bytes_;   ///< of all else
+};
+/// Is it a type that Values holds?
+bool has_values(Type type);
+
+/// An instance for co-simulation. Each call is checked against the order of calls first, so that a mistake of
+/// the caller is a message, too. Functions give false when they failed; `failure()` says why.
+class Instance {
+  public:
+    /// Gets what the FMU logs: the number of the standard's status, a category, the text.
+    using Log = std::function<void(int, const std::string&, const std::string&)>;
+    /// Throws FmuError when the FMU makes none. The library lives longer.
+    Instance(const Library& library, const std::string& name, Log log = {});
+    ~Instance();
+    Instance(const Instance&) = delete;
+    Instance& operator=(const Instance&) = delete;
+
+    bool enter_initialization(double start) noexcept;
+    bool exit_initialization() noexcept;
+    bool get(Values& values) noexcept;
+    bool set(const Values& values) noexcept;
+    /// False also when the FMU asks to end the simulation, or does less than the whole step.
+    bool do_step(double time, double step) noexcept;
+    bool terminate() noexcept;
+    bool reset() noexcept;
+
+    /// The state as bytes, with which an instance of the same FMU goes on.
+    bool save(std::vector<std::uint8_t>& bytes) noexcept;
+    bool restore(const std::vector<std::uint8_t>& bytes) noexcept;
+
+    State state() const { return order_.state(); }
+    /// "controller.fmu: fmi3DoStep failed: ...", until the next failure.
+    const char* failure() const noexcept { return failure_; }
+
+  private:
+    bool may(Call call, const char* function) noexcept;
+    bool done(Call call, const char* function, int status) noexcept;
+    void fail(const char* function, const char* why) noexcept;
+    static void log_3(void* self, int status, const char* category, const char* text);
+    static void log_2(void* self, const char* name, int status, const char* category, const char* format,
+                      ...);
+    void log(int status, const char* category, const char* text) noexcept;
+
+    const Library& library_;
+    const Library::Functions& f_;
+    CallOrder order_;
+    std::string name_, token_;
+    Log log_;
+    struct Callbacks;
+    std::unique_ptr<Callbacks> callbacks_;
+    void* instance_ = nullptr;
+    char failure_[700] = "", logged_[400] = "";
+};
+
+} // namespace bf::fmi

@@ -1,0 +1,179 @@
+// ZIP archives by minizip.
+#include "bf/fmi/archive.hpp"
+
+#include "bf/base/escape.hpp"
+#include "bf/base/files.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <functional>
+#include <memory>
+#include <set>
+#include <unistd.h>
+#include <unzip.h>
+#include <vector>
+#include <zip.h>
+
+namespace bf::fmi {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+[[noreturn]] void refuse(const fs::path& archive, const std::string& why) {
+    throw FmuError(archive.string() + ": " + why);
+}
+
+/// The archive's own name of a file, checked: where it would stand below a folder.
+fs::path safe_path(const fs::path& archive, const std::string& name) {
+    const std::string shown = "'" + escape::terminal(escape::shortened(name, 200)) + "'";
+    const std::string rule = "; an FMU's files are named relative to its root (FMI 3.0, section 2.5)";
+    if (name.empty() || name.front() == '/' || name.find('\\') != std::string::npos ||
+        name.find(':') != std::string::npos || name.find('\0') != std::string::npos)
+        refuse(archive, "it holds the file " + shown + ", which is no relative name" + rule);
+    fs::path path;
+    for (const auto& part : fs::path(name)) {
+        if (part == "..") refuse(archive, "it holds the file " + shown + ", which leaves its folder" + rule);
+        if (part != "." && !part.empty()) path /= part;
+    }
+    return path;
+}
+
+/// Calls f with each file's name and size, until it gives false; f may read it by `read`.
+using Read = std::function<void(const std::function<void(const char*, std::size_t)>&)>;
+void for_each(const fs::path& archive, const ArchiveLimits& limits,
+              const std::function<bool(const fs::path&, bool is_folder, const Read&)>& f) {
+    const std::unique_ptr<void, int (*)(unzFile)> zip(unzOpen64(archive.c_str()), unzClose);
+    if (!zip)
+        refuse(archive, "it is no ZIP archive, or cannot be read; an FMU is one (FMI 3.0, section 2.5)");
+    std::uint64_t files = 0, bytes = 0;
+    std::set<fs::path> names;
+    for (int result = unzGoToFirstFile(zip.get()); result != UNZ_END_OF_LIST_OF_FILE;
+         result = unzGoToNextFile(zip.get())) {
+        if (result != UNZ_OK) refuse(archive, "its list of files is damaged");
+        unz_file_info64 info{};
+        if (unzGetCurrentFileInfo64(zip.get(), &info, nullptr, 0, nullptr, 0, nullptr, 0) != UNZ_OK ||
+            info.size_filename > 4096)
+            refuse(archive, "its list of files is damaged");
+        std::string name(info.size_filename, '\0');
+        if (unzGetCurrentFileInfo64(zip.get(), &info, name.data(), name.size() + 1, nullptr, 0, nullptr, 0) !=
+            UNZ_OK)
+            refuse(archive, "its list of files is damaged");
+        const bool is_folder = !name.empty() && name.back() == '/';
+        const fs::path path = safe_path(archive, name);
+        const auto format = static_cast<unsigned>(info.external_fa >> 16u) & 0170000u;
+        if (format != 0 && format != 0100000u && format != 0040000u)
+            refuse(archive, "'" + name + "' is a link or a special file, which an FMU has not");
+        if ((info.flag & 1u) != 0) refuse(archive, "'" + name + "' is encrypted");
+        if (info.compression_method != 0 && info.compression_method != Z_DEFLATED)
+            refuse(archive,
+                   "'" + name + "' is compressed in another way than FMI allows (deflate, or not at all)");
+        if (!is_folder && !names.insert(path).second)
+            refuse(archive, "two of its files are called '" + name + "'");
+        if (++files > limits.files)
+            refuse(archive, "it holds more than " + std::to_string(limits.files) + " files");
+        const Read read = [&](const std::function<void(const char*, std::size_t)>& take) {
+            if (unzOpenCurrentFile(zip.get()) != UNZ_OK)
+                refuse(archive, "'" + name + "' cannot be read: it is damaged");
+            char part[65536];
+            std::uint64_t length = 0;
+            for (int count = 0; (count = unzReadCurrentFile(zip.get(), part, sizeof part)) != 0;) {
+                if (count < 0) refuse(archive, "'" + name + "' cannot be read: it is damaged");
+                // What the archive says of sizes may be a lie, so what comes is counted.
+                length += static_cast<std::uint64_t>(count);
+                bytes += static_cast<std::uint64_t>(count);
+                if (bytes > limits.bytes ||
+                    static_cast<double>(length) >
+                        65536 + limits.growth * static_cast<double>(info.compressed_size))
+                    refuse(archive,
+                           "'" + name +
+                               "' grows to more than an FMU's files do; it may be made to fill the disk");
+                take(part, static_cast<std::size_t>(count));
+            }
+            if (unzCloseCurrentFile(zip.get()) != UNZ_OK)
+                refuse(archive, "'" + name + "' cannot be read: it is damaged");
+        };
+        if (!f(path, is_folder, read)) return;
+    }
+}
+
+} // namespace
+
+void write_archive(const Contents& contents, const fs::path& file) {
+    OutputFile output(file);
+    const fs::path& path = output.path();
+    const zipFile zip = zipOpen64(path.c_str(), APPEND_STATUS_CREATE);
+    bool good = zip != nullptr;
+    for (const auto& [name, content] : contents) {
+        if (!good) break;
+        zip_fileinfo info{};
+        info.tmz_date = {0, 0, 0, 1, 0, 1980}; // the same archive whenever it is made
+        info.external_fa = 0100644u << 16u;
+        // Version 2.0 of the format, made on Unix.
+        good = zipOpenNewFileInZip4_64(zip, name.c_str(), &info, nullptr, 0, nullptr, 0, nullptr, Z_DEFLATED,
+                                       6, 0, -MAX_WBITS, DEF_MEM_LEVEL, Z_DEFAULT_STRATEGY, nullptr, 0,
+                                       (3u << 8u) | 20u, 1u << 11u, content.size() > 0xfffffff0u) == ZIP_OK;
+        for (std::size_t at = 0; good && at < content.size();) {
+            const auto count = std::min<std::size_t>(content.size() - at, 1u << 20u);
+            good = zipWriteInFileInZip(zip, content.data() + at, static_cast<unsigned>(count)) == ZIP_OK;
+            at += count;
+        }
+        good = good && zipCloseFileInZip(zip) == ZIP_OK;
+    }
+    if (zip) good = zipClose(zip, nullptr) == ZIP_OK && good;
+    if (!good) output.fail(errno ? errno : EIO);
+    output.commit();
+}
+
+TemporaryFolder::TemporaryFolder(const std::string& name) {
+    std::string pattern =
+        (fs::temp_directory_path() / ("bf_" + escape::file_name(name) + "_XXXXXX")).string();
+    if (!::mkdtemp(pattern.data()))
+        throw FmuError("cannot make a temporary folder " + pattern + ": " + std::strerror(errno));
+    path_ = pattern;
+}
+
+TemporaryFolder::~TemporaryFolder() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+}
+
+void extract(const fs::path& archive, const fs::path& folder, const ArchiveLimits& limits) {
+    for_each(archive, limits, [&](const fs::path& path, bool is_folder, const Read& read) {
+        const fs::path to = folder / path;
+        std::error_code error;
+        fs::create_directories(is_folder ? to : to.parent_path(), error);
+        if (error) refuse(archive, "'" + path.string() + "' cannot be extracted: " + error.message());
+        if (is_folder) return true;
+        std::ofstream file(to, std::ios::binary | std::ios::trunc);
+        read([&](const char* part, std::size_t count) {
+            file.write(part, static_cast<std::streamsize>(count));
+        });
+        file.close();
+        if (!file) refuse(archive, "'" + path.string() + "' cannot be extracted: " + std::strerror(errno));
+        return true;
+    });
+}
+
+Description description_of(const fs::path& archive) {
+    std::string xml;
+    bool is_there = false;
+    for_each(archive, {}, [&](const fs::path& path, bool is_folder, const Read& read) {
+        if (is_folder || path != "modelDescription.xml") return true;
+        read([&](const char* part, std::size_t count) {
+            if (xml.size() + count > description_limit)
+                refuse(archive, "its modelDescription.xml has more than 64 MiB");
+            xml.append(part, count);
+        });
+        is_there = true;
+        return false;
+    });
+    if (!is_there)
+        refuse(archive, "it has no modelDescription.xml, which every FMU has (FMI 3.0, section 2.5)");
+    return read_description(xml, archive.string());
+}
+
+} // namespace bf::fmi

@@ -193,6 +193,86 @@ TEST(JointTrajectory, GoesOnFromAStateUnderWay) {
         }
 }
 
+TEST(JointTrajectory, FollowsAMovingTargetInAnyUnit) {
+    // Of powers of two nothing is rounded, so that the motions are the same.
+    for (const double unit : {1.0, 57.3, 1000.0, 1024.0, 1e4, 1e6, 1e-6}) {
+        JointTrajectory motion = one_joint(Timing::time_optimal, 0.0, 3.0 * unit, 20.0 * unit, 1000.0 * unit),
+                        metres = one_joint(Timing::time_optimal, 0.0, 3.0, 20.0, 1000.0);
+        const double period = 0.001;
+        const auto follow = [&](JointTrajectory& of, double target) {
+            of.question.target << target;
+            const Status status = of.plan();
+            of.at(period, of.question.position, of.question.velocity, of.question.acceleration);
+            return status;
+        };
+        for (int k = 0; k < 7000; ++k) {
+            const double target = 0.8 * std::sin(6.0 * k * period);
+            ASSERT_EQ(follow(metres, target), Status::planned) << unit << ' ' << k;
+            ASSERT_EQ(follow(motion, target * unit), Status::planned) << unit << ' ' << k;
+            if (unit == 1024.0) ASSERT_EQ(motion.question.position, unit * metres.question.position) << k;
+        }
+        EXPECT_NEAR(motion.question.position[0] / unit, metres.question.position[0], 1e-4) << unit;
+    }
+    // Far from zero a motion is what it is near it.
+    JointTrajectory far = one_joint(Timing::time_optimal, 1e7 + 1.0, 3.0, 20.0, 1000.0);
+    far.question.position << 1e7;
+    EXPECT_EQ(far.plan(), Status::planned);
+    JointTrajectory near = one_joint(Timing::time_optimal, 1.0, 3.0, 20.0, 1000.0);
+    EXPECT_EQ(near.plan(), Status::planned);
+    EXPECT_EQ(far.duration(), near.duration());
+}
+
+TEST(JointTrajectory, BrakesWhereLimitsAreLoweredOnTheWay) {
+    for (const double limit : {0.1, 0.01, 1e-6}) {
+        JointTrajectory motion = one_joint(Timing::minimum_jerk, 3.0, limit, 5.0, 100.0);
+        motion.question.position << 0.069;
+        motion.question.velocity << 0.238;
+        motion.question.acceleration << 0.497;
+        ASSERT_EQ(motion.plan(), Status::planned);
+        const Instant start(motion, 0.0), end(motion, motion.duration());
+        EXPECT_NEAR(start.p[0], 0.069, 1e-12);
+        EXPECT_NEAR(start.v[0], 0.238, 1e-12);
+        EXPECT_NEAR(start.a[0], 0.497, 1e-12);
+        EXPECT_EQ(end.p[0], 3.0);
+        Instant before = start;
+        for (double t = 1e-3; t < motion.duration(); t *= 1.02) {
+            const Instant now(motion, t);
+            EXPECT_LT(std::abs(now.v[0]), t < 1.0 ? 0.26 : limit * (1.0 + 1e-9)) << limit << ' ' << t;
+            EXPECT_GT(now.p[0], 0.069);
+            EXPECT_LT(now.p[0], 3.0 + 1e-9);
+            EXPECT_NEAR(now.p[0] - before.p[0], 0.5 * (now.v + before.v)[0] * t * (1.0 - 1.0 / 1.02),
+                        1e-3 + 1e-2 * std::abs(now.p[0] - before.p[0]));
+            before = now;
+        }
+    }
+    // An acceleration that is beyond its new limit is what it brakes with.
+    JointTrajectory weak = one_joint(Timing::minimum_jerk, 3.0, 1.0, 1e-5, 100.0);
+    weak.question.velocity << 0.238;
+    weak.question.acceleration << 0.497;
+    ASSERT_EQ(weak.plan(), Status::planned);
+    for (double t = 1e-3; t < weak.duration(); t *= 1.02) {
+        const Instant now(weak, t);
+        EXPECT_LT(std::abs(now.v[0]), 1.0);
+        EXPECT_LT(now.p[0], 3.0 + 1e-9);
+    }
+}
+
+TEST(JointTrajectory, TurnsRoundWithoutGoingAstray) {
+    JointTrajectory motion = one_joint(Timing::minimum_jerk, 3.0, 1.0, 5.0, 100.0);
+    ASSERT_EQ(motion.plan(), Status::planned);
+    const Instant turn(motion, 2.0);
+    motion.question.position = turn.p;
+    motion.question.velocity = turn.v;
+    motion.question.acceleration = turn.a;
+    motion.question.target << -3.0;
+    ASSERT_EQ(motion.plan(), Status::planned);
+    for (double t = 0.0; t < motion.duration(); t += 0.01) {
+        const Instant now(motion, t);
+        EXPECT_LT(now.p[0], 3.0) << t;
+        EXPECT_LT(std::abs(now.v[0]), 1.0 + 1e-6) << t;
+    }
+}
+
 TEST(JointTrajectory, SynchronisesAsItIsAsked) {
     const auto along = [](Synchronisation how, double part) {
         JointTrajectory motion(2, Timing::time_optimal, how);
@@ -222,6 +302,7 @@ TEST(JointTrajectory, TellsWhatIsNoQuestion) {
         EXPECT_EQ(motion.plan(), Status::bad_limits);
     }
     EXPECT_EQ(one_joint(Timing::time_optimal, 1e300, 1.0, 1.0, 1.0).plan(), Status::not_found);
+    EXPECT_EQ(one_joint(Timing::minimum_jerk, 1e155, 1.0, 1.0, 1.0).plan(), Status::not_found);
     EXPECT_EQ(one_joint(Timing::time_optimal, 1.0, 1.0, infinity, 1.0).plan(), Status::bad_limits);
     EXPECT_THROW(JointTrajectory(0, Timing::time_optimal), std::invalid_argument);
 }

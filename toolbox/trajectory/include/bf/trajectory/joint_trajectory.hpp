@@ -71,7 +71,6 @@ class JointTrajectory {
     struct Content;
     Status plan_minimum_jerk() noexcept;
     Status plan_time_optimal() noexcept;
-    double excess(double T) noexcept;
 
     std::unique_ptr<Content> content_;
 };

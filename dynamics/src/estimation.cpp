@@ -174,4 +174,24 @@ void base_velocity_from_contacts(const Model& model, Data& data, const std::vect
     if (normal(0, 0) > 0.0) nu_base = normal.inverse() * right;
 }
 
+void base_velocity_from_points(const Model& model, Data& data, const std::vector<Frame>& frames,
+                               const Eigen::Ref<const Eigen::VectorXd>& weights,
+                               const Eigen::Ref<const Eigen::Vector3d>& omega,
+                               const Eigen::Ref<const Eigen::VectorXd>& s_dot, Vector6Out nu_base,
+                               Matrix6XOut J) noexcept {
+    // The rows of the base's linear velocity are unit matrices, so that the least squares are a mean.
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    double total = 0.0;
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+        const double weight = weights[static_cast<Index>(i)];
+        if (!(weight > 0.0)) continue;
+        jacobian(model, data, frames[i], J);
+        sum.noalias() += weight * J.block<3, 3>(0, 3) * omega;
+        sum.noalias() += weight * J.topRightCorner(3, s_dot.size()).lazyProduct(s_dot);
+        total += weight;
+    }
+    nu_base.setZero();
+    if (total > 0.0) nu_base << -sum / total, omega;
+}
+
 } // namespace bf::dynamics

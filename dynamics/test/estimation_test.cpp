@@ -119,6 +119,44 @@ TEST(Estimation, PutsTheBaseWhereAFrameStands) {
     EXPECT_EQ(velocity.norm(), 0.0);
 }
 
+TEST(Estimation, FindsTheBaseVelocityOfPointsThatStandFromWhatTurnsIt) {
+    std::mt19937 random(8);
+    const Model& model = standing_icub();
+    Data data(model);
+    State state = random_state(model.joints(), random);
+    set(model, data, state);
+    const std::vector<Frame> feet{model.frame("l_sole"), model.frame("r_sole")};
+    const Eigen::Vector3d omega = state.nu_base.tail<3>();
+    Matrix6X J(6, model.velocities());
+    Vector6 velocity, moves;
+    const auto velocities = [&](const Vector6& nu_base) {
+        state.nu_base = nu_base;
+        set(model, data, state);
+        Eigen::Matrix<double, 3, 2> of;
+        for (int i = 0; i < 2; ++i) {
+            frame_velocity(model, data, feet[static_cast<std::size_t>(i)], moves);
+            of.col(i) = moves.head<3>();
+        }
+        return of;
+    };
+    base_velocity_from_points(model, data, feet, Eigen::Vector2d(0, 1), omega, state.s_dot, velocity, J);
+    EXPECT_EQ(Eigen::Vector3d(velocity.tail<3>()), omega);
+    EXPECT_LT(velocities(velocity).col(1).norm(), 1e-11);
+    EXPECT_GT(velocities(velocity).col(0).norm(), 1e-2);
+    EXPECT_GT(moves.tail<3>().norm(), 1e-2) << "the point may turn";
+
+    base_velocity_from_points(model, data, feet, Eigen::Vector2d(1, 3), omega, state.s_dot, velocity, J);
+    const auto cost = [&](const Vector6& nu_base) {
+        const Eigen::Matrix<double, 3, 2> of = velocities(nu_base);
+        return of.col(0).squaredNorm() + 3 * of.col(1).squaredNorm();
+    };
+    for (int k = 0; k < 3; ++k)
+        for (const double step : {1e-3, -1e-3})
+            EXPECT_GT(cost(velocity + step * Vector6::Unit(k)), cost(velocity));
+    base_velocity_from_points(model, data, feet, Eigen::Vector2d(0, 0), omega, state.s_dot, velocity, J);
+    EXPECT_EQ(velocity.norm(), 0.0);
+}
+
 TEST(Estimation, CutsARobotIntoPartsThatWeighAsMuchAndMoveAlike) {
     const std::vector<Model::Part> parts =
         Model::load_parts(icub, icub_joints, {0.0, 0.0, -9.81}, {}, {"l_foot_ft_sensor", "l_leg_ft_sensor"});

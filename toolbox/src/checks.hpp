@@ -9,6 +9,9 @@
 
 namespace bf::toolbox {
 
+/// Greatest value of a parameter that is no limit: what is multiplied with it stays finite.
+inline constexpr double largest = 1e100;
+
 /// The first element that is not finite ends the step.
 template <class Key> Status all_finite(Now at, const Key& key) {
     const auto value = at[key];

@@ -1,6 +1,7 @@
 // Fixed bases, other base links, mimicking joints and contacts through blocks.
 #include "running.hpp"
 
+#include <cmath>
 #include <fstream>
 #include <unistd.h>
 
@@ -144,6 +145,64 @@ TEST(Contacts, AreShapesOfTheUrdfOrOfSingleFeet) {
                     "rows x y z, foot x y z, or foot x y z a b c");
     expect_contains(refusal(arm_model(file.path, "", ", feet: \"{'stand'}\", contacts: urdf")),
                     "link 'stand' of");
+}
+
+/// Every block over the robot's state, with what else it needs.
+TEST(StateOfTheRobot, IsRefusedByEachBlockWithTheNameOfItsPort) {
+    const TemporaryUrdf file(arm_urdf);
+    const std::vector<std::string> by_position{"ForwardKinematics, frame: lower", "Jacobian, frame: lower",
+                                               "MassMatrix", "GetGravityForces",
+                                               "CentroidalTotalMomentumMatrix"},
+        by_velocity{"CenterOfMass",
+                    "DotJNu, frame: lower",
+                    "GetBiasForces",
+                    "CoriolisMatrix",
+                    "CentroidalMomentum",
+                    "JointImpedance",
+                    "JointImpedance, compensation: gravity",
+                    "CartesianImpedance, frame: lower",
+                    "RigidContact, frame: lower",
+                    "MomentumObserver",
+                    "ContactWrenches, contacts: \"{'lower'}\""};
+    const auto expect_refusals = [&](const std::string& block, bool moves) {
+        const bool has_targets = block.starts_with("JointImpedance"),
+                   has_target = block.starts_with("CartesianImpedance"),
+                   has_torques = block.starts_with("MomentumObserver");
+        const std::string model =
+            "model: m\nstep: 0.1\ninputs: {H: {shape: \"[4 4]\"}, v: {shape: 6}, s: {}, ds: {}}\n"
+            "blocks:\n  robot: {block: WholeBodyToolbox/Configuration, robot: \"'" +
+            file.path +
+            "'\"}\n  zero: {block: Constant}\n  eye: {block: Constant, value: eye(4)}\n"
+            "  x: {block: WholeBodyToolbox/" +
+            block + "}\nconnections:\n  H: x.w_H_b\n  s: x.s\n" +
+            (moves ? "  v: x.v_b\n  ds: x.s_dot\n" : "") +
+            (has_targets   ? "  zero: x.s_target\n"
+             : has_torques ? "  zero: x.tau\n"
+                           : "") +
+            (has_target ? "  eye: x.w_H_target\n" : "");
+        const auto expect_failure = [&](const char* input, const Matrix& value, const std::string& text) {
+            Running run(model);
+            run.set("H", Matrix::Identity(4, 4)).set("v", Matrix::Zero(6, 1)).set("s", 0.1).set("ds", 0.2);
+            EXPECT_TRUE(run.step()) << block << run.simulation.failure();
+            run.set(input, value);
+            EXPECT_FALSE(run.step()) << block << input;
+            expect_contains(run.simulation.failure(), text);
+        };
+        Matrix H = Matrix::Identity(4, 4);
+        H(1, 3) = NAN;
+        expect_failure("H", H, "x: w_H_b[2][4] is not finite");
+        for (const double z : {0.0, -1.0}) { // singular, and a mirror
+            H = Matrix::Identity(4, 4);
+            H(2, 2) = z;
+            expect_failure("H", H, "x: w_H_b holds no rotation");
+        }
+        expect_failure("s", Matrix::Constant(1, 1, NAN), "x: s is not finite");
+        if (!moves) return;
+        expect_failure("v", Vector6::Constant(INFINITY), "x: v_b[1] is not finite");
+        expect_failure("ds", Matrix::Constant(1, 1, NAN), "x: s_dot is not finite");
+    };
+    for (const std::string& block : by_position) expect_refusals(block, false);
+    for (const std::string& block : by_velocity) expect_refusals(block, true);
 }
 
 } // namespace bf::toolbox::test

@@ -42,6 +42,19 @@ Vector some_vector(int size, double shift = 0) {
 
 } // namespace
 
+TEST(Controllers, RefuseGainsThatAreNoNumbersToMultiplyWith) {
+    for (const std::string block :
+         {"JointPID, P: Inf", "JointPID, I: Inf", "JointPID, D: Inf", "JointImpedance, stiffness: Inf",
+          "JointImpedance, damping: Inf", "CartesianImpedance, frame: r_hand, stiffness: Inf",
+          "CartesianImpedance, frame: r_hand, damping: Inf", "CartesianPID, D: Inf", "CartesianPID, P: Inf",
+          "MomentumObserver, frames: \"{'r_hand'}\", damping: Inf", "CartesianTrajectory, duration: Inf",
+          "DcmController, gain: Inf", "DcmPlanner, height: Inf", "SwingFoot, apex: Inf",
+          "CenterOfMassTask, kp: Inf"})
+        expect_contains(refusal(arm_with(block, "", "  c: end\n",
+                                         "  c: {block: Constant}\n  end: {block: Terminator}\n")),
+                        ", but is inf");
+}
+
 TEST(JointPidBlock, IsTheDiscretePidOfTheErrorWithTheDerivativeOfMeasuredVelocities) {
     Running run(arm_with("JointPID, P: 20, I: 5, D: 2",
                          "s: {shape: 7}, v: {shape: 7}, t: {shape: 7}, u: {shape: 7}, f: {shape: 7}",

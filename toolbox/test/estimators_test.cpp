@@ -6,7 +6,9 @@
 #include <Eigen/Geometry>
 
 #include <cmath>
+#include <fstream>
 #include <random>
+#include <unistd.h>
 
 namespace bf::toolbox::test {
 namespace {
@@ -160,6 +162,64 @@ TEST(LegOdometryBlock, TakesTheOrientationOfItsSensor) {
         ASSERT_TRUE(run.step()) << run.simulation.failure();
         EXPECT_LT(distance(run.get("x.w_H_b"), run.get("world.w_H_b"))[1], 1e-9) << k;
     }
+}
+
+/// With an orientation that is measured, feet are points: a tripod of prismatic legs whose feet stand rises
+/// straight up, whichever of them stand, and a sensor that turns turns the base about what stands.
+TEST(LegOdometryBlock, TakesFeetForPointsWhereItsSensorTurns) {
+    const std::string path = "/tmp/bf_toolbox_tripod_" + std::to_string(getpid()) + ".urdf";
+    const std::string inertial =
+        "<inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/></inertial>";
+    std::string urdf = "<robot name='tripod'><link name='trunk'>" + inertial + "</link>";
+    const std::vector<std::string> places{"1 0 0", "-0.5 0.8 0", "-0.5 -0.8 0"};
+    for (int i = 0; i < 3; ++i) {
+        const std::string foot = "foot_" + std::to_string(i + 1);
+        urdf += "<link name='" + foot + "'>" + inertial + "</link><joint name='leg_" + std::to_string(i + 1) +
+                "' type='revolute'><origin xyz='" + places[static_cast<std::size_t>(i)] +
+                "'/><parent link='trunk'/><child link='shin_" + std::to_string(i + 1) +
+                "'/><axis xyz='0 1 0'/><limit lower='-1' upper='1' effort='9' velocity='9'/></joint><link "
+                "name='shin_" +
+                std::to_string(i + 1) + "'>" + inertial + "</link><joint name='end_" + std::to_string(i + 1) +
+                "' type='fixed'><origin xyz='0.5 0 0'/><parent link='shin_" + std::to_string(i + 1) +
+                "'/><child link='" + foot + "'/></joint>";
+    }
+    std::ofstream(path) << urdf << "</robot>";
+    const auto model = [&](bool has_gyroscope) {
+        return "model: m\nstep: 0.001\ninputs: {c: {shape: 3}, ds: {shape: 3}, R: {shape: \"[3 3]\"}, w: "
+               "{shape: 3}}\nblocks:\n  robot: {block: WholeBodyToolbox/Configuration, robot: \"'" +
+               path + "'\"}\n  s: {block: Constant, value: \"zeros(3,1)\"}\n" +
+               (has_gyroscope ? "" : "  end: {block: Terminator}\n") +
+               "  x: {block: WholeBodyToolbox/LegOdometry, frames: \"{'foot_1', 'foot_2', 'foot_3'}\", imu: "
+               "trunk}\nconnections:\n  s: x.s\n  ds: x.s_dot\n  c: x.contacts\n  R: x.w_R_imu\n  w: " +
+               (has_gyroscope ? "x.gyroscope" : "end") + "\n";
+    };
+    const Eigen::Matrix3d level = Eigen::Matrix3d::Identity();
+    for (const Vector3& standing : {Vector3(1, 1, 1), Vector3(1, 0, 0), Vector3(1, 1, 0)}) {
+        // Shins of 0.5 m that lie along x sink by 0.1 m/s at their ends, when they turn by 0.2 rad/s about y.
+        Running run(model(false));
+        run.set("c", standing).set("ds", Vector3::Constant(0.2)).set("R", level);
+        for (int k = 0; k < 3; ++k) {
+            ASSERT_TRUE(run.step()) << run.simulation.failure();
+            EXPECT_LT((run.get("x.v_b") - Vector6::Unit(2) * 0.1).norm(), 1e-12) << standing.transpose();
+        }
+    }
+    // About the foot at (1.5, 0, 0), the trunk turns by w about z: its velocity is w x (-1.5, 0, 0).
+    const double w = 0.4;
+    Vector6 expected = Vector6::Zero();
+    expected[1] = -1.5 * w;
+    expected[5] = w;
+    for (const bool has_gyroscope : {true, false}) {
+        Running run(model(has_gyroscope));
+        run.set("c", Vector3(1, 0, 0)).set("w", Vector3(0, 0, w));
+        for (int k = 0; k < 3; ++k) {
+            const Eigen::Matrix3d R =
+                Eigen::AngleAxisd((k - 2) * w * 0.001, Vector3::UnitZ()).toRotationMatrix();
+            run.set("R", R);
+            ASSERT_TRUE(run.step()) << run.simulation.failure();
+        }
+        EXPECT_LT((run.get("x.v_b") - expected).norm(), 1e-9) << has_gyroscope;
+    }
+    unlink(path.c_str());
 }
 
 TEST(LegOdometryBlock, RefusesWhatHasNoFeet) {

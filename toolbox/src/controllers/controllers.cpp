@@ -93,23 +93,36 @@ class JointPID final : public RobotBlock {
                               .unit = unit<"Nm">,
                               .doc = "torques that are fed forward, such as those of gravity",
                               .optional = true}};
-    Parameter<Vector> P{
-        this,
-        "P",
-        {.shape = {n}, .initial = {0}, .minimum = 0, .unit = unit<"Nm/rad">, .doc = "proportional gain"}};
-    Parameter<Vector> I{
-        this,
-        "I",
-        {.shape = {n}, .initial = {0}, .minimum = 0, .unit = any_unit, .doc = "integral gain, Nm/(rad s)"}};
-    Parameter<Vector> D{
-        this,
-        "D",
-        {.shape = {n}, .initial = {0}, .minimum = 0, .unit = any_unit, .doc = "derivative gain, Nm s/rad"}};
+    Parameter<Vector> P{this,
+                        "P",
+                        {.shape = {n},
+                         .initial = {0},
+                         .minimum = 0,
+                         .maximum = largest,
+                         .unit = unit<"Nm/rad">,
+                         .doc = "proportional gain"}};
+    Parameter<Vector> I{this,
+                        "I",
+                        {.shape = {n},
+                         .initial = {0},
+                         .minimum = 0,
+                         .maximum = largest,
+                         .unit = any_unit,
+                         .doc = "integral gain, Nm/(rad s)"}};
+    Parameter<Vector> D{this,
+                        "D",
+                        {.shape = {n},
+                         .initial = {0},
+                         .minimum = 0,
+                         .maximum = largest,
+                         .unit = any_unit,
+                         .doc = "derivative gain, Nm s/rad"}};
     Parameter<Vector> N{this,
                         "N",
                         {.shape = {n},
                          .initial = {100},
                          .minimum = 0,
+                         .maximum = largest,
                          .unit = unit<"1/s">,
                          .doc = "bandwidth of the derivative filter",
                          .present = *derivative == "filtered"}};
@@ -199,16 +212,25 @@ class CartesianPID final : public Block {
                              .doc = "acceleration that is fed forward, mixed; open: zero",
                              .present = gives_acceleration(),
                              .optional = true}};
-    Parameter<Vector6> P{
-        this,
-        "P",
-        {.initial = {10}, .minimum = 0, .unit = any_unit, .doc = "of the error: 1/s2, or 1/s of a velocity"}};
-    Parameter<Vector6> I{
-        this, "I", {.initial = {0}, .minimum = 0, .unit = any_unit, .doc = "of its integral: 1/s3, or 1/s2"}};
+    Parameter<Vector6> P{this,
+                         "P",
+                         {.initial = {10},
+                          .minimum = 0,
+                          .maximum = largest,
+                          .unit = any_unit,
+                          .doc = "of the error: 1/s2, or 1/s of a velocity"}};
+    Parameter<Vector6> I{this,
+                         "I",
+                         {.initial = {0},
+                          .minimum = 0,
+                          .maximum = largest,
+                          .unit = any_unit,
+                          .doc = "of its integral: 1/s3, or 1/s2"}};
     Parameter<Vector6> D{this,
                          "D",
                          {.initial = {6},
                           .minimum = 0,
+                          .maximum = largest,
                           .unit = unit<"1/s">,
                           .doc = "of the error of the velocity",
                           .present = gives_acceleration()}};
@@ -288,20 +310,28 @@ class JointImpedance final : public VelocityBlock {
                                  .doc = "wanted accelerations; open: zero",
                                  .present = *compensation == "dynamics",
                                  .optional = true}};
-    Parameter<Vector> stiffness{
-        this,
-        "stiffness",
-        {.shape = {n}, .initial = {10}, .minimum = 0, .unit = unit<"Nm/rad">, .doc = "K of each joint"}};
-    Parameter<Vector> damping{
-        this,
-        "damping",
-        {.shape = {n}, .initial = {1}, .minimum = 0, .unit = any_unit, .doc = "D of each joint, Nm s/rad"}};
+    Parameter<Vector> stiffness{this,
+                                "stiffness",
+                                {.shape = {n},
+                                 .initial = {10},
+                                 .minimum = 0,
+                                 .maximum = largest,
+                                 .unit = unit<"Nm/rad">,
+                                 .doc = "K of each joint"}};
+    Parameter<Vector> damping{this,
+                              "damping",
+                              {.shape = {n},
+                               .initial = {1},
+                               .minimum = 0,
+                               .maximum = largest,
+                               .unit = any_unit,
+                               .doc = "D of each joint, Nm s/rad"}};
     Output<Vector> tau{this, "tau", {.shape = {n}, .unit = unit<"Nm">, .doc = "joint torques"}};
     Output<Vector> error{this, "error", {.shape = {n}, .unit = unit<"rad">, .doc = "s_target - s"}};
     Scratch<Vector> forces{this, [this] { return Vector(value(v)); }};
 
-    Status output(Now at, Out out) const noexcept override {
-        Status good = all_finite(at, s, s_dot, s_target, s_dot_target);
+    Status evaluate(Now at, Out out) const noexcept override {
+        Status good = all_finite(at, s_target, s_dot_target);
         if (good && s_ddot_target.is_present()) good = all_finite(at, s_ddot_target);
         if (!good) return good;
         auto& of_model = at[forces];
@@ -355,12 +385,14 @@ class CartesianImpedance final : public VelocityBlock {
                                  "stiffness",
                                  {.initial = {100, 100, 100, 10, 10, 10},
                                   .minimum = 0,
+                                  .maximum = largest,
                                   .unit = mixed_units,
                                   .doc = "K of the error [N/m; Nm/rad]"}};
     Parameter<Vector6> damping{this,
                                "damping",
                                {.initial = {20, 20, 20, 1, 1, 1},
                                 .minimum = 0,
+                                .maximum = largest,
                                 .unit = mixed_units,
                                 .doc = "D of the error of the velocity [N s/m; Nm s/rad]"}};
     Parameter<Vector> posture_stiffness{this,
@@ -368,6 +400,7 @@ class CartesianImpedance final : public VelocityBlock {
                                         {.shape = {n},
                                          .initial = {5},
                                          .minimum = 0,
+                                         .maximum = largest,
                                          .unit = unit<"Nm/rad">,
                                          .doc = "of the joints",
                                          .present = posture}};
@@ -376,6 +409,7 @@ class CartesianImpedance final : public VelocityBlock {
                                       {.shape = {n},
                                        .initial = {1},
                                        .minimum = 0,
+                                       .maximum = largest,
                                        .unit = any_unit,
                                        .doc = "of the joints, Nm s/rad",
                                        .present = posture}};
@@ -402,8 +436,8 @@ class CartesianImpedance final : public VelocityBlock {
                 "posture is true, but the robot's base floats and takes part in its null space; use "
                 "TaskSpaceInverseDynamics, or let the Configuration have floating_base: false");
     }
-    Status output(Now at, Out out) const noexcept override {
-        Status good = all_finite(at, s, s_dot, w_H_target, v_target, f_target);
+    Status evaluate(Now at, Out out) const noexcept override {
+        Status good = all_finite(at, w_H_target, v_target, f_target);
         if (good && s_target.is_present()) good = all_finite(at, s_target);
         if (good) good = is_rotation(at, w_H_target);
         if (!good) return good;
@@ -461,7 +495,8 @@ void add_controllers(Library& library) {
                              "floating base, which has no "
                              "torque, the acceleration is taken as zero. "
                              "Source: N. Hogan, Impedance control: an approach to manipulation, 1985. "
-                             "Errors: in a step, an input that is not finite.")
+                             "Errors: in a step, an input that is not finite, or a w_H_b whose rotation is "
+                             "none.")
         .add<CartesianImpedance>(
             "CartesianImpedance",
             "Torques by which a frame behaves like a spring and damper: tau = J' f + h with the wrench f = K "
@@ -476,7 +511,7 @@ void add_controllers(Library& library) {
             "for motion and force control of robot manipulators, 1987. "
             "Errors: a frame that the robot does not have (the text lists similar ones), posture of a "
             "floating base. "
-            "In a step: an input that is not finite, or a target whose rotation is none.");
+            "In a step: an input that is not finite, or a pose whose rotation is none.");
 }
 
 } // namespace bf::toolbox

@@ -47,14 +47,18 @@ class MomentumObserver final : public VelocityBlock {
         prefixed("known_", *known),
         {.unit = mixed_units,
          .doc = "wrench of the last interval at the frame's origin [N; Nm], world axes"}};
-    Parameter<double> gain{
-        this,
-        "gain",
-        {.initial = {50}, .above = 0, .unit = unit<"1/s">, .doc = "K, bandwidth of the observer"}};
+    Parameter<double> gain{this,
+                           "gain",
+                           {.initial = {50},
+                            .above = 0,
+                            .maximum = largest,
+                            .unit = unit<"1/s">,
+                            .doc = "K, bandwidth of the observer"}};
     Parameter<double> damping{this,
                               "damping",
                               {.initial = {1e-3},
                                .minimum = 0,
+                               .maximum = largest,
                                .doc = "of wrenches that joints hardly feel",
                                .present = !frames->empty()}};
     Output<Vector> r{this,
@@ -94,9 +98,9 @@ class MomentumObserver final : public VelocityBlock {
         find_frames(model(), *frames, frames_);
         find_frames(model(), *known, known_);
     }
-    Status output(Now at, Out out) const noexcept override {
+    Status evaluate(Now at, Out out) const noexcept override {
         if (!(at.period() > 0)) return Status::failure("a continuous block has no period; give it one");
-        Status good = all_finite(at, w_H_b, s, s_dot, tau);
+        Status good = all_finite(at, tau);
         for (const auto& key : of_known)
             if (good) good = all_finite(at, key);
         if (!good) return good;
@@ -177,8 +181,8 @@ class ContactWrenches final : public VelocityBlock {
             inference.refuse(wrong.what());
         }
     }
-    Status output(Now at, Out out) const noexcept override {
-        Status good = all_finite(at, w_H_b, s, s_dot, nu_dot);
+    Status evaluate(Now at, Out out) const noexcept override {
+        Status good = all_finite(at, nu_dot);
         for (const auto& key : ft)
             if (good) good = all_finite(at, key);
         if (!good) return good;
@@ -204,6 +208,13 @@ class LegOdometry final : public RobotBlock {
     Input<Vector> contacts{this, "contacts", {.shape = {k}, .unit = any_unit, .doc = contacts_doc}};
     Input<Eigen::Matrix3d> w_R_imu{
         this, "w_R_imu", {.doc = "orientation, axes of the frame in the world", .present = !imu->empty()}};
+    Input<Vector3> gyroscope{this,
+                             "gyroscope",
+                             {.unit = unit<"rad/s">,
+                              .doc = "angular velocity, axes of the imu; open: the rate of w_R_imu over the "
+                                     "last period, zero at first",
+                              .present = !imu->empty(),
+                              .optional = true}};
     Input<Transform> w_H_b_0{
         this,
         "w_H_b_0",
@@ -218,6 +229,8 @@ class LegOdometry final : public RobotBlock {
     DiscreteState<Transform> w_H_stance{
         this, "w_H_stance", {.unit = mixed_units, .doc = "pose of the frame that holds the robot"}};
     DiscreteState<double> last_stance{this, "last_stance", {.doc = "its number; 0: none yet"}};
+    DiscreteState<Eigen::Matrix3d> last_w_R_imu{
+        this, "last_w_R_imu", {.doc = "orientation of the step before", .present = !imu->empty()}};
     Scratch<JacobianMatrix> J{this, [this] { return JacobianMatrix(6, value(v)); }};
     Scratch<Vector> weights{this, [this] { return Vector(value(k)); }};
 
@@ -231,8 +244,11 @@ class LegOdometry final : public RobotBlock {
     Status output(Now at, Out out) const noexcept override {
         Status good = all_finite(at, s, s_dot, contacts, w_H_b_0);
         if (good && at.is_connected(w_H_b_0)) good = is_rotation(at, w_H_b_0);
-        if (good && w_R_imu.is_present()) good = all_finite(at, w_R_imu);
-        if (good && w_R_imu.is_present()) good = is_rotation(at, w_R_imu);
+        if (good && w_R_imu.is_present()) {
+            if (!(at.period() > 0)) return Status::failure("a continuous block has no period; give it one");
+            good = all_finite(at, w_R_imu, gyroscope);
+            if (good) good = is_rotation(at, w_R_imu);
+        }
         if (!good) return good;
         const Stance now = find(at);
         dynamics::set_position(model(), data(at), now.w_H_b, at[s]);
@@ -240,8 +256,12 @@ class LegOdometry final : public RobotBlock {
         standing = (at[contacts].array() > 0.5).select(Vector::Ones(at[contacts].size()), 0.0);
         standing[now.number] = 1.0;
         Vector6 velocity;
-        dynamics::base_velocity_from_contacts(model(), data(at), frames_, standing, at[s_dot], velocity,
-                                              at[J]);
+        if (w_R_imu.is_present())
+            dynamics::base_velocity_from_points(model(), data(at), frames_, standing, base_turns(at),
+                                                at[s_dot], velocity, at[J]);
+        else
+            dynamics::base_velocity_from_contacts(model(), data(at), frames_, standing, at[s_dot], velocity,
+                                                  at[J]);
         out[w_H_b] = now.w_H_b;
         out[v_b] = velocity;
         out[stance] = now.number + 1;
@@ -251,6 +271,7 @@ class LegOdometry final : public RobotBlock {
         const Stance now = find(at);
         next[w_H_stance] = now.pose;
         next[last_stance] = now.number + 1;
+        if (w_R_imu.is_present()) next[last_w_R_imu] = at[w_R_imu];
         return ok;
     }
 
@@ -298,6 +319,21 @@ class LegOdometry final : public RobotBlock {
             R * (imu_H_b.topRightCorner<3, 1>() - imu_H_f.topRightCorner<3, 1>());
     }
 
+    /// Angular velocity of the base, world axes: that of the sensor, and of the joints between the two.
+    Vector3 base_turns(Now at) const noexcept {
+        const Eigen::Matrix3d R = at[w_R_imu];
+        Vector3 omega = Vector3::Zero();
+        if (at.is_connected(gyroscope))
+            omega = R * at[gyroscope];
+        else if (at[last_stance] > 0)
+            omega = dynamics::rotation_log(R * at[last_w_R_imu].transpose()) / at.period();
+        auto of_joints = at[J].rightCols(at[s_dot].size());
+        dynamics::relative_jacobian(model(), data(at), imu_, model().frame(model().base_link()), of_joints);
+        Vector6 relative;
+        relative.noalias() = of_joints.lazyProduct(at[s_dot]);
+        return omega + R * relative.tail<3>();
+    }
+
     mutable std::vector<dynamics::Frame> frames_;
     mutable dynamics::Frame imu_;
 };
@@ -325,29 +361,46 @@ class ContactEKF final : public RobotBlock {
                               .doc = "base pose of the first step; open: at the origin",
                               .optional = true}};
     Parameter<double> gyroscope_noise{
-        this, "gyroscope_noise", {.initial = {0.01}, .minimum = 0, .unit = any_unit, .doc = "rad/s/√Hz"}};
+        this,
+        "gyroscope_noise",
+        {.initial = {0.01}, .minimum = 0, .maximum = largest, .unit = any_unit, .doc = "rad/s/√Hz"}};
     Parameter<double> accelerometer_noise{
-        this, "accelerometer_noise", {.initial = {0.1}, .minimum = 0, .unit = any_unit, .doc = "m/s2/√Hz"}};
-    Parameter<double> gyroscope_walk{
         this,
-        "gyroscope_walk",
-        {.initial = {1e-4}, .minimum = 0, .unit = any_unit, .doc = "of the bias, rad/s2/√Hz"}};
-    Parameter<double> accelerometer_walk{
-        this,
-        "accelerometer_walk",
-        {.initial = {1e-3}, .minimum = 0, .unit = any_unit, .doc = "of the bias, m/s3/√Hz"}};
-    Parameter<double> contact_noise{
-        this,
-        "contact_noise",
-        {.initial = {0.05}, .minimum = 0, .unit = any_unit, .doc = "slip of what stands, m/s/√Hz"}};
-    Parameter<double> joint_noise{
-        this,
-        "joint_noise",
-        {.initial = {1e-3}, .minimum = 0, .unit = unit<"rad">, .doc = "of each measured position"}};
+        "accelerometer_noise",
+        {.initial = {0.1}, .minimum = 0, .maximum = largest, .unit = any_unit, .doc = "m/s2/√Hz"}};
+    Parameter<double> gyroscope_walk{this,
+                                     "gyroscope_walk",
+                                     {.initial = {1e-4},
+                                      .minimum = 0,
+                                      .maximum = largest,
+                                      .unit = any_unit,
+                                      .doc = "of the bias, rad/s2/√Hz"}};
+    Parameter<double> accelerometer_walk{this,
+                                         "accelerometer_walk",
+                                         {.initial = {1e-3},
+                                          .minimum = 0,
+                                          .maximum = largest,
+                                          .unit = any_unit,
+                                          .doc = "of the bias, m/s3/√Hz"}};
+    Parameter<double> contact_noise{this,
+                                    "contact_noise",
+                                    {.initial = {0.05},
+                                     .minimum = 0,
+                                     .maximum = largest,
+                                     .unit = any_unit,
+                                     .doc = "slip of what stands, m/s/√Hz"}};
+    Parameter<double> joint_noise{this,
+                                  "joint_noise",
+                                  {.initial = {1e-3},
+                                   .minimum = 0,
+                                   .maximum = largest,
+                                   .unit = unit<"rad">,
+                                   .doc = "of each measured position"}};
     Parameter<double> kinematics_noise{this,
                                        "kinematics_noise",
                                        {.initial = {1e-3},
                                         .above = 0,
+                                        .maximum = largest,
                                         .unit = unit<"m">,
                                         .doc = "of a contact's position seen from the imu"}};
     Parameter<Eigen::Matrix<double, 5, 1>> initial_deviation{
@@ -355,6 +408,7 @@ class ContactEKF final : public RobotBlock {
         "initial_deviation",
         {.initial = {0.05, 0.1, 0.01, 0.01, 0.1},
          .minimum = 0,
+         .maximum = largest,
          .unit = mixed_units,
          .doc =
              "standard deviations at the start: orientation [rad], velocity [m/s], position [m], biases of "
@@ -509,8 +563,8 @@ void add_estimators(Library& library) {
             "Source: A. De Luca, A. Albu-Schäffer, S. Haddadin, G. Hirzinger, Collision detection and safe "
             "reaction "
             "with the DLR-III lightweight manipulator arm, 2006. "
-            "Errors: a frame that the robot does not have; in a step, an input that is not finite; no "
-            "period.")
+            "Errors: a frame that the robot does not have; in a step, an input that is not finite, or a "
+            "w_H_b whose rotation is none; no period.")
         .add<ContactWrenches>("ContactWrenches", "Wrenches of contacts and joint torques from force/torque "
                                                  "sensors, which cut the robot into parts, and the "
                                                  "equations of motion of each part: what weight, "
@@ -522,21 +576,23 @@ void add_estimators(Library& library) {
                                                  "2015. "
                                                  "Errors: a sensor that is no fixed joint, a frame that the "
                                                  "robot does not have; in a step, an input that is "
-                                                 "not finite.")
+                                                 "not finite, or a w_H_b whose rotation is none.")
         .add<LegOdometry>("LegOdometry", "Pose and velocity of a floating base from the joints, as long as "
                                          "some frame stands: the frame that holds "
                                          "the robot stays where it is, and when it no longer stands, another "
                                          "one that does takes over where it is "
                                          "then. With imu the orientation is measured, and the frame stays "
                                          "with its origin alone. The velocity is "
-                                         "that for which all standing frames move least. Where none stands, "
+                                         "that for which all standing frames move least: as surfaces, or "
+                                         "with imu, whose angular velocity is measured, their origins. Where "
+                                         "none stands, "
                                          "the last one is taken to stand. "
                                          "Source: M. Bloesch et al., State estimation for legged robots: "
                                          "consistent fusion of leg kinematics and "
                                          "IMU, 2012, for the kinematics. "
                                          "Errors: a frame that the robot does not have, a fixed base; in a "
                                          "step, an input that is not finite, or "
-                                         "a rotation that is none.")
+                                         "a rotation that is none; imu without a period.")
         .add<ContactEKF>("ContactEKF", "Pose and velocity of a floating base by an invariant extended Kalman "
                                        "filter over an inertial sensor and "
                                        "frames that stand: orientation R, velocity and position of the imu, "

@@ -18,7 +18,7 @@ class ForwardKinematics final : public PositionBlock {
         {.unit = mixed_units, .doc = "pose of the frame in the world; for com its rotation is the identity"}};
 
     void infer(Inference&) const override { frame.resolve(robot, true); }
-    Status output(Now at, Out out) const noexcept override {
+    Status evaluate(Now at, Out out) const noexcept override {
         auto& d = at_position(at);
         auto H = out[w_H_frame];
         if (frame.is_com) {
@@ -37,7 +37,7 @@ class CenterOfMass final : public VelocityBlock {
     Output<Vector3> com{this, "com", {.unit = meter, .doc = "centre of mass in the world"}};
     Output<Vector3> com_dot{this, "com_dot", {.unit = unit<"m/s">, .doc = "its velocity, world axes"}};
 
-    Status output(Now at, Out out) const noexcept override {
+    Status evaluate(Now at, Out out) const noexcept override {
         auto& d = at_state(at);
         dynamics::center_of_mass(model(), d, out[com]);
         dynamics::center_of_mass_velocity(model(), d, out[com_dot]);
@@ -58,7 +58,7 @@ class Jacobian final : public PositionBlock {
              "J nu = [origin velocity; angular velocity], world axes; for com the last three rows are zero"}};
 
     void infer(Inference&) const override { frame.resolve(robot, true); }
-    Status output(Now at, Out out) const noexcept override {
+    Status evaluate(Now at, Out out) const noexcept override {
         auto& d = at_position(at);
         if (!frame.is_com) {
             auto map = out[J];
@@ -90,7 +90,7 @@ class DotJNu final : public VelocityBlock {
          .doc = "bias acceleration [linear; angular], world axes; for com the last three are zero"}};
 
     void infer(Inference&) const override { frame.resolve(robot, true); }
-    Status output(Now at, Out out) const noexcept override {
+    Status evaluate(Now at, Out out) const noexcept override {
         auto& d = at_state(at);
         auto a = out[J_dot_nu];
         if (frame.is_com) {
@@ -112,7 +112,7 @@ class MassMatrix final : public PositionBlock {
                       .unit = mixed_units,
                       .doc = "linear [kg], coupling [kg.m], angular [kg.m2]; both triangles"}};
 
-    Status output(Now at, Out out) const noexcept override {
+    Status evaluate(Now at, Out out) const noexcept override {
         dynamics::mass_matrix(model(), at_position(at), out[M]);
         return ok;
     }
@@ -138,7 +138,7 @@ class InverseDynamics final : public VelocityBlock {
     bool needs(int input) const override {
         return VelocityBlock::needs(input) && !(input == v_b_dot.index() && base_is_fixed());
     }
-    Status output(Now at, Out out) const noexcept override {
+    Status evaluate(Now at, Out out) const noexcept override {
         const Vector6 base = model().has_floating_base() ? Vector6(at[v_b_dot]) : Vector6(Vector6::Zero());
         dynamics::inverse_dynamics(model(), at_state(at), base, at[s_ddot], out[tau]);
         return ok;
@@ -169,7 +169,7 @@ class ForwardDynamics final : public VelocityBlock {
         resolved_.clear();
         for (const std::string& name : *frames) resolved_.push_back(model().frame(name));
     }
-    Status output(Now at, Out out) const noexcept override {
+    Status evaluate(Now at, Out out) const noexcept override {
         auto& d = at_state(at);
         Vector &all = at[forces], &result = at[nu_dot];
         const Eigen::Index joints = at[tau].size(), base = all.size() - joints;
@@ -199,7 +199,7 @@ class GetBiasForces final : public VelocityBlock {
     Output<Vector> h{
         this, "h", {.shape = {v}, .unit = mixed_units, .doc = "Coriolis, centrifugal and gravity terms"}};
 
-    Status output(Now at, Out out) const noexcept override {
+    Status evaluate(Now at, Out out) const noexcept override {
         dynamics::bias_forces(model(), at_state(at), out[h]);
         return ok;
     }
@@ -210,7 +210,7 @@ class GetGravityForces final : public PositionBlock {
     using PositionBlock::PositionBlock;
     Output<Vector> g{this, "g", {.shape = {v}, .unit = mixed_units, .doc = "bias forces at zero velocity"}};
 
-    Status output(Now at, Out out) const noexcept override {
+    Status evaluate(Now at, Out out) const noexcept override {
         dynamics::gravity_forces(model(), at_position(at), out[g]);
         return ok;
     }
@@ -222,7 +222,7 @@ class GetCoriolisForces final : public VelocityBlock {
     Output<Vector> c{
         this, "c", {.shape = {v}, .unit = mixed_units, .doc = "bias forces without those of gravity"}};
 
-    Status output(Now at, Out out) const noexcept override {
+    Status evaluate(Now at, Out out) const noexcept override {
         dynamics::coriolis_forces(model(), at_state(at), out[c]);
         return ok;
     }
@@ -234,7 +234,7 @@ class CoriolisMatrix final : public VelocityBlock {
     Output<Matrix> C{
         this, "C", {.shape = {v, v}, .unit = mixed_units, .doc = "C nu = Coriolis and centrifugal forces"}};
 
-    Status output(Now at, Out out) const noexcept override {
+    Status evaluate(Now at, Out out) const noexcept override {
         dynamics::coriolis_matrix(model(), at_state(at), out[C]);
         return ok;
     }
@@ -246,7 +246,7 @@ class MassMatrixDerivative final : public VelocityBlock {
     Output<Matrix> M_dot{
         this, "M_dot", {.shape = {v, v}, .unit = mixed_units, .doc = "time derivative of M; both triangles"}};
 
-    Status output(Now at, Out out) const noexcept override {
+    Status evaluate(Now at, Out out) const noexcept override {
         dynamics::mass_matrix_derivative(model(), at_state(at), out[M_dot]);
         return ok;
     }
@@ -261,7 +261,7 @@ class CentroidalMomentum final : public VelocityBlock {
         {.unit = mixed_units,
          .doc = "linear [kg.m/s] and angular [kg.m2/s] momentum about the centre of mass, world axes"}};
 
-    Status output(Now at, Out out) const noexcept override {
+    Status evaluate(Now at, Out out) const noexcept override {
         dynamics::centroidal_momentum(model(), at_state(at), out[H]);
         return ok;
     }
@@ -272,7 +272,7 @@ class CentroidalTotalMomentumMatrix final : public PositionBlock {
     using PositionBlock::PositionBlock;
     Output<Matrix> A{this, "A", {.shape = {6, v}, .unit = mixed_units, .doc = "A nu = centroidal momentum"}};
 
-    Status output(Now at, Out out) const noexcept override {
+    Status evaluate(Now at, Out out) const noexcept override {
         auto map = out[A];
         dynamics::centroidal_momentum_matrix(
             model(), at_position(at),
@@ -289,7 +289,7 @@ class DotANu final : public VelocityBlock {
         "A_dot_nu",
         {.unit = mixed_units, .doc = "linear [N] and angular [Nm] rate of momentum for nu_dot = 0"}};
 
-    Status output(Now at, Out out) const noexcept override {
+    Status evaluate(Now at, Out out) const noexcept override {
         dynamics::centroidal_momentum_bias(model(), at_state(at), out[A_dot_nu]);
         return ok;
     }

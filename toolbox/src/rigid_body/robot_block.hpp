@@ -4,6 +4,7 @@
 #include "bf/core/block.hpp"
 #include "bf/dynamics/algorithms.hpp"
 #include "bf/toolbox/robot.hpp"
+#include "checks.hpp"
 
 namespace bf::toolbox {
 
@@ -62,7 +63,8 @@ inline constexpr const char* base_pose_doc =
 inline constexpr const char* base_velocity_doc = "base velocity, mixed: origin [m/s], angular [rad/s], world "
                                                  "axes; zero for a fixed base, which needs none";
 
-/// Blocks whose result depends on base pose and joint positions.
+/// Blocks whose result depends on base pose and joint positions. A state that is none ends the step, by the
+/// name of its port, before evaluate() gives the outputs.
 class PositionBlock : public RobotBlock {
   public:
     using RobotBlock::RobotBlock;
@@ -76,8 +78,17 @@ class PositionBlock : public RobotBlock {
     bool needs(int input) const override {
         return RobotBlock::needs(input) && !(input == w_H_b.index() && base_is_fixed());
     }
+    Status output(Now at, Out out) const noexcept final {
+        const Status good = check_state(at);
+        return good ? evaluate(at, out) : good;
+    }
 
   protected:
+    virtual Status evaluate(Now at, Out out) const noexcept = 0;
+    virtual Status check_state(Now at) const noexcept {
+        const Status good = all_finite(at, w_H_b, s);
+        return good ? is_rotation(at, w_H_b) : good;
+    }
     dynamics::Data& at_position(Now at) const {
         dynamics::set_position(model(), data(at), at[w_H_b], at[s]);
         return data(at);
@@ -96,6 +107,11 @@ class VelocityBlock : public PositionBlock {
     }
 
   protected:
+    Status check_state(Now at) const noexcept override {
+        Status good = PositionBlock::check_state(at);
+        if (good && model().has_floating_base()) good = all_finite(at, v_b);
+        return good ? all_finite(at, s_dot) : good;
+    }
     dynamics::Data& at_state(Now at) const {
         const Vector6 velocity = model().has_floating_base() ? Vector6(at[v_b]) : Vector6(Vector6::Zero());
         dynamics::set_state(model(), data(at), at[w_H_b], at[s], velocity, at[s_dot]);

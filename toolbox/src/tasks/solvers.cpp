@@ -358,7 +358,7 @@ class TaskSpaceInverseDynamics final : public VelocityBlock {
         at[solver].hierarchy.reset();
         return ok;
     }
-    Status output(Now at, Out out) const noexcept override {
+    Status evaluate(Now at, Out out) const noexcept override {
         auto& d = at_state(at);
         auto& [layout, hierarchy] = at[solver];
         Work& w = at[work];

@@ -53,21 +53,30 @@ class CartesianTask final : public VelocityBlock {
                             .unit = mixed_units,
                             .doc = "acceleration that is fed forward [m/s2; rad/s2], world axes",
                             .optional = true}};
-    Parameter<Vector> kp{
-        this,
-        "kp",
-        {.shape = {t}, .initial = {100}, .minimum = 0, .unit = unit<"1/s2">, .doc = "of the error"}};
+    Parameter<Vector> kp{this,
+                         "kp",
+                         {.shape = {t},
+                          .initial = {100},
+                          .minimum = 0,
+                          .maximum = largest,
+                          .unit = unit<"1/s2">,
+                          .doc = "of the error"}};
     Parameter<Vector> kd{this,
                          "kd",
                          {.shape = {t},
                           .initial = {20},
                           .minimum = 0,
+                          .maximum = largest,
                           .unit = unit<"1/s">,
                           .doc = "of the velocity; 2 sqrt(kp) damps critically"}};
-    Parameter<Vector> weights{
-        this,
-        "weights",
-        {.shape = {t}, .initial = {1}, .minimum = 0, .unit = any_unit, .doc = "of the rows"}};
+    Parameter<Vector> weights{this,
+                              "weights",
+                              {.shape = {t},
+                               .initial = {1},
+                               .minimum = 0,
+                               .maximum = largest,
+                               .unit = any_unit,
+                               .doc = "of the rows"}};
     Output<Matrix> task{this, "task", {.shape = {t, v + 3}, .unit = mixed_units, .doc = task_rows_doc}};
     Output<Vector> error{this,
                          "error",
@@ -77,7 +86,7 @@ class CartesianTask final : public VelocityBlock {
     Scratch<JacobianMatrix> J{this, [this] { return JacobianMatrix(6, value(v)); }};
 
     void infer(Inference&) const override { frame.resolve(robot); }
-    Status output(Now at, Out out) const noexcept override {
+    Status evaluate(Now at, Out out) const noexcept override {
         using Kind = dynamics::Target::Kind;
         Eigen::Matrix4d target = Eigen::Matrix4d::Identity();
         Kind kind = Kind::pose;
@@ -119,19 +128,24 @@ class CenterOfMassTask final : public VelocityBlock {
         "a_target",
         {.unit = unit<"m/s2">, .doc = "acceleration that is fed forward, world axes", .optional = true}};
     Parameter<Vector3> kp{
-        this, "kp", {.initial = {100}, .minimum = 0, .unit = unit<"1/s2">, .doc = "of the error"}};
+        this,
+        "kp",
+        {.initial = {100}, .minimum = 0, .maximum = largest, .unit = unit<"1/s2">, .doc = "of the error"}};
     Parameter<Vector3> kd{this,
                           "kd",
                           {.initial = {20},
                            .minimum = 0,
+                           .maximum = largest,
                            .unit = unit<"1/s">,
                            .doc = "of the velocity; 2 sqrt(kp) damps critically"}};
     Parameter<Vector3> weights{
-        this, "weights", {.initial = {1}, .minimum = 0, .unit = any_unit, .doc = "of the rows x y z"}};
+        this,
+        "weights",
+        {.initial = {1}, .minimum = 0, .maximum = largest, .unit = any_unit, .doc = "of the rows x y z"}};
     Output<Matrix> task{this, "task", {.shape = {3, v + 3}, .unit = mixed_units, .doc = task_rows_doc}};
     Output<Vector3> error{this, "error", {.unit = unit<"m">, .doc = "p_target minus the centre of mass"}};
 
-    Status output(Now at, Out out) const noexcept override {
+    Status evaluate(Now at, Out out) const noexcept override {
         if (const Status good = all_finite(at, p_target, v_target, a_target); !good) return good;
         dynamics::com_task(model(), at_state(at), at[p_target],
                            {at[v_target], at[a_target], at[kp], at[kd], at[weights]}, out[task], out[error]);
@@ -153,18 +167,21 @@ class MomentumTask final : public VelocityBlock {
         "H_dot_target",
         {.unit = mixed_units, .doc = "rate that is fed forward [N; Nm], world axes", .optional = true}};
     Parameter<Vector6> k{
-        this, "k", {.initial = {10}, .minimum = 0, .unit = unit<"1/s">, .doc = "of the error"}};
+        this,
+        "k",
+        {.initial = {10}, .minimum = 0, .maximum = largest, .unit = unit<"1/s">, .doc = "of the error"}};
     Parameter<Vector6> weights{
         this,
         "weights",
         {.initial = {1},
          .minimum = 0,
+         .maximum = largest,
          .unit = any_unit,
          .doc = "of the rows; [0 0 0 1 1 1] leaves the linear ones to a CenterOfMassTask"}};
     Output<Matrix> task{this, "task", {.shape = {6, v + 3}, .unit = mixed_units, .doc = task_rows_doc}};
     Output<Vector6> error{this, "error", {.unit = mixed_units, .doc = "H_target minus the momentum"}};
 
-    Status output(Now at, Out out) const noexcept override {
+    Status evaluate(Now at, Out out) const noexcept override {
         if (const Status good = all_finite(at, H_target, H_dot_target); !good) return good;
         dynamics::momentum_task(model(), at_state(at), at[H_target], at[H_dot_target], at[k], at[weights],
                                 out[task], out[error]);
@@ -188,21 +205,30 @@ class PostureTask final : public RobotBlock {
                                  .unit = unit<"rad/s2">,
                                  .doc = "accelerations that are fed forward",
                                  .optional = true}};
-    Parameter<Vector> kp{
-        this,
-        "kp",
-        {.shape = {n}, .initial = {100}, .minimum = 0, .unit = unit<"1/s2">, .doc = "of the error"}};
+    Parameter<Vector> kp{this,
+                         "kp",
+                         {.shape = {n},
+                          .initial = {100},
+                          .minimum = 0,
+                          .maximum = largest,
+                          .unit = unit<"1/s2">,
+                          .doc = "of the error"}};
     Parameter<Vector> kd{this,
                          "kd",
                          {.shape = {n},
                           .initial = {20},
                           .minimum = 0,
+                          .maximum = largest,
                           .unit = unit<"1/s">,
                           .doc = "of the velocity; 2 sqrt(kp) damps critically"}};
-    Parameter<Vector> weights{
-        this,
-        "weights",
-        {.shape = {n}, .initial = {1}, .minimum = 0, .unit = any_unit, .doc = "of the joints"}};
+    Parameter<Vector> weights{this,
+                              "weights",
+                              {.shape = {n},
+                               .initial = {1},
+                               .minimum = 0,
+                               .maximum = largest,
+                               .unit = any_unit,
+                               .doc = "of the joints"}};
     Output<Matrix> task{this, "task", {.shape = {n, v + 3}, .unit = mixed_units, .doc = task_rows_doc}};
     Output<Vector> error{this, "error", {.shape = {n}, .unit = unit<"rad">, .doc = "s_target - s"}};
 
@@ -225,15 +251,18 @@ class RigidContact final : public VelocityBlock {
                                   {.initial = "surface",
                                    .doc = "surface: no motion at all; point: that of the origin",
                                    .choices = {"surface", "point"}}};
-    Parameter<double> damping{
-        this,
-        "damping",
-        {.initial = {10}, .minimum = 0, .unit = unit<"1/s">, .doc = "takes away what velocity there is"}};
+    Parameter<double> damping{this,
+                              "damping",
+                              {.initial = {10},
+                               .minimum = 0,
+                               .maximum = largest,
+                               .unit = unit<"1/s">,
+                               .doc = "takes away what velocity there is"}};
     Output<Matrix> task{this, "task", {.shape = {rows(), v + 3}, .unit = mixed_units, .doc = task_rows_doc}};
     Scratch<JacobianMatrix> J{this, [this] { return JacobianMatrix(6, value(v)); }};
 
     void infer(Inference&) const override { frame.resolve(robot); }
-    Status output(Now at, Out out) const noexcept override {
+    Status evaluate(Now at, Out out) const noexcept override {
         dynamics::rigid_contact(model(), at_state(at), frame.frame, at[damping], out[task], at[J]);
         return ok;
     }
@@ -310,7 +339,7 @@ class ContactLimits final : public PositionBlock {
                       .present = !has_rows()}};
 
     void infer(Inference&) const override { frame.resolve(robot); }
-    Status output(Now at, Out out) const noexcept override {
+    Status evaluate(Now at, Out out) const noexcept override {
         Transform H;
         dynamics::forward_kinematics(model(), at_position(at), frame.frame, H);
         dynamics::ContactLimits of;
@@ -376,10 +405,14 @@ class JointLimits final : public RobotBlock {
                                .minimum = 0,
                                .unit = unit<"s">,
                                .doc = "over which an acceleration is held; 0: the block's period"}};
-    Parameter<Vector> weights{
-        this,
-        "weights",
-        {.shape = {n}, .initial = {1}, .minimum = 0, .unit = any_unit, .doc = "of the joints"}};
+    Parameter<Vector> weights{this,
+                              "weights",
+                              {.shape = {n},
+                               .initial = {1},
+                               .minimum = 0,
+                               .maximum = largest,
+                               .unit = any_unit,
+                               .doc = "of the joints"}};
     Output<Matrix> limits{this, "limits", {.shape = {n, v + 3}, .unit = mixed_units, .doc = limit_rows_doc}};
 
     Status output(Now at, Out out) const noexcept override {

@@ -102,8 +102,8 @@ class JointTrajectory final : public Block {
                 "jerks are; or give a shortest time");
         case Planned::Status::not_found:
             return Status::failure(
-                "no motion to the target was found; look at limits that are many orders of "
-                "magnitude apart");
+                "no motion to the target was found; look at a target that is very far away, or "
+                "at limits that are many orders of magnitude apart");
         case Planned::Status::not_finite: return Status::failure("the trajectory is not finite; reset it");
         case Planned::Status::planned: break;
         }
@@ -198,6 +198,7 @@ class CartesianTrajectory final : public Block {
                                "duration",
                                {.initial = {1},
                                 .minimum = 0,
+                                .maximum = 3600,
                                 .unit = unit<"s">,
                                 .doc = "of the way to a target; longer where the speeds need it"}};
     Parameter<double> max_speed{this,
@@ -298,9 +299,10 @@ void add_trajectories(Library& library) {
             "the "
             "shortest that the limits allow. When the target or a limit changes on the way, it goes on from "
             "its "
-            "present position, velocity and acceleration; what is then beyond its limits is braked, by "
-            "minimum_jerk "
-            "as far as polynomials can. It starts at rest at `initial`. "
+            "present position, velocity and acceleration; what is then beyond its limits is braked. Where no "
+            "polynomial of minimum_jerk to the target keeps the limits, one first brings each element to "
+            "rest within them, or within what velocity and acceleration are already. It starts at rest at "
+            "`initial`. "
             "Sources: L. Berscheid, T. Kröger, Jerk-limited real-time trajectory generation with arbitrary "
             "target "
             "states, 2021; T. Flash, N. Hogan, The coordination of arm movements, 1985. "

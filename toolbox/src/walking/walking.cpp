@@ -120,10 +120,13 @@ class FootstepPlanner final : public Block {
         this,
         "start_time",
         {.initial = {1}, .minimum = 0, .unit = unit<"s">, .doc = "before the first step"}};
-    Parameter<double> double_support{
-        this,
-        "double_support",
-        {.initial = {0.25}, .above = 0, .unit = unit<"s">, .doc = "duration on both feet"}};
+    Parameter<double> double_support{this,
+                                     "double_support",
+                                     {.initial = {0.25},
+                                      .above = 0,
+                                      .maximum = largest,
+                                      .unit = unit<"s">,
+                                      .doc = "duration on both feet"}};
     Parameter<double> first_double_support{
         this,
         "first_double_support",
@@ -134,15 +137,21 @@ class FootstepPlanner final : public Block {
     Parameter<double> single_support{
         this,
         "single_support",
-        {.initial = {0.6}, .above = 0, .unit = unit<"s">, .doc = "duration on one foot"}};
-    Parameter<double> min_single_support{
-        this,
-        "min_single_support",
-        {.initial = {0.3}, .minimum = 0, .unit = unit<"s">, .doc = "to which delay may shorten it"}};
-    Parameter<double> max_single_support{
-        this,
-        "max_single_support",
-        {.initial = {1}, .minimum = 0, .unit = unit<"s">, .doc = "to which delay may lengthen it"}};
+        {.initial = {0.6}, .above = 0, .maximum = largest, .unit = unit<"s">, .doc = "duration on one foot"}};
+    Parameter<double> min_single_support{this,
+                                         "min_single_support",
+                                         {.initial = {0.3},
+                                          .minimum = 0,
+                                          .maximum = largest,
+                                          .unit = unit<"s">,
+                                          .doc = "to which delay may shorten it"}};
+    Parameter<double> max_single_support{this,
+                                         "max_single_support",
+                                         {.initial = {1},
+                                          .minimum = 0,
+                                          .maximum = largest,
+                                          .unit = unit<"s">,
+                                          .doc = "to which delay may lengthen it"}};
     Parameter<double> width{
         this, "width", {.initial = {0.15}, .above = 0, .unit = unit<"m">, .doc = "between the soles"}};
     Parameter<double> max_forward{
@@ -369,6 +378,7 @@ class DcmPlanner final : public StepBlock {
         "height",
         {.initial = {0.5},
          .above = 0,
+         .maximum = largest,
          .unit = unit<"m">,
          .doc = "of the centre of mass above the soles, which gives omega = sqrt(9.81/height)"}};
     Parameter<Eigen::Vector2d> zmp{
@@ -404,6 +414,7 @@ class SwingFoot final : public StepBlock {
                            "apex",
                            {.initial = {0.04},
                             .minimum = 0,
+                            .maximum = largest,
                             .unit = unit<"m">,
                             .doc = "height in the middle of the way above its line"}};
     Parameter<double> lift{
@@ -520,12 +531,18 @@ class DcmController final : public StepBlock {
     Input<Vector3> com_dot{this, "com_dot", {.unit = unit<"m/s">, .doc = "its velocity, world axes"}};
     Input<Vector3> dcm_target{this, "dcm_target", {.unit = unit<"m">, .doc = "wanted DCM"}};
     Input<Vector3> dcm_dot_target{this, "dcm_dot_target", {.unit = unit<"m/s">, .doc = "its velocity"}};
-    Parameter<double> gain{
-        this, "gain", {.initial = {4}, .minimum = 0, .unit = unit<"1/s">, .doc = "of the error of the DCM"}};
+    Parameter<double> gain{this,
+                           "gain",
+                           {.initial = {4},
+                            .minimum = 0,
+                            .maximum = largest,
+                            .unit = unit<"1/s">,
+                            .doc = "of the error of the DCM"}};
     Parameter<double> height{this,
                              "height",
                              {.initial = {0.5},
                               .above = 0,
+                              .maximum = largest,
                               .unit = unit<"m">,
                               .doc = "of the centre of mass above the soles, as in DcmPlanner"}};
     Parameter<Eigen::Vector2d> x{

@@ -90,4 +90,13 @@ void base_velocity_from_contacts(const Model& model, Data& data, const std::vect
                                  const Eigen::Ref<const Eigen::VectorXd>& s_dot, Vector6Out nu_base,
                                  Matrix6XOut J) noexcept;
 
+/// The same where the angular velocity of the base is known, and of the frames the origins alone count:
+/// argmin Σ w |J_linear nu|². Source: M. Bloesch et al., State estimation for legged robots: consistent
+/// fusion of leg kinematics and IMU, 2012, for the kinematics.
+void base_velocity_from_points(const Model& model, Data& data, const std::vector<Frame>& frames,
+                               const Eigen::Ref<const Eigen::VectorXd>& weights,
+                               const Eigen::Ref<const Eigen::Vector3d>& omega,
+                               const Eigen::Ref<const Eigen::VectorXd>& s_dot, Vector6Out nu_base,
+                               Matrix6XOut J) noexcept;
+
 } // namespace bf::dynamics

@@ -72,6 +72,8 @@ TEST(LqrBlock, StopsWhereThereIsNoGain) {
                     "lqr: no gain stabilises A, B");
     expect_contains(failure("A: \"[1 0.1; 0 1]\", B: \"[0; 0.1]\", Q: eye(2), R: 0"),
                     "lqr: R is not positive definite; give each input a cost");
+    expect_contains(failure("A: \"[1 0.1; 0 1]\", B: \"[0; 0.1]\", Q: \"diag([1 -1])\", R: 1"),
+                    "lqr: Q is not positive semidefinite");
     Running run(regulated(cart));
     run.set("x", Eigen::Vector2d(0, NAN));
     EXPECT_FALSE(run.step());
@@ -170,6 +172,8 @@ TEST(MpcBlock, RefusesAndStopsWithItsReasons) {
                     "bounded states are listed once each, from the first to number 2");
     expect_contains(refusal(predicted(", bounded: [1 1]")), "bounded states are listed once each");
     expect_contains(refusal(predicted(", horizon: 0")), "horizon");
+    expect_contains(refusal(predicted(", horizon: 2001")),
+                    "mpc: a problem has at most 2000 variables, but a horizon of 2001 steps needs more");
     Running run(predicted(", horizon: 5, bounded: 1, x_min: 0.5, u_max: 0.1, stop_when_fails: true"));
     EXPECT_FALSE(run.step());
     expect_contains(run.simulation.failure(),
@@ -180,10 +184,12 @@ TEST(MpcBlock, RefusesAndStopsWithItsReasons) {
     expect_contains(slow.simulation.failure(), "no inputs within their bounds and rates keep the states");
     expect_contains(refusal(predicted(", limit_rates: true, du_min: 1, du_max: -1")), "du_max");
     expect_contains(refusal(predicted(", du_max: 1")), "du_max");
-    Running broken(predicted(", horizon: 5, stop_when_fails: true"));
-    broken.set("r", Eigen::Vector2d(NAN, 0));
-    EXPECT_FALSE(broken.step());
-    expect_contains(broken.simulation.failure(), "is not finite; look at what computes it");
+    for (const double wrong : {std::nan(""), std::numeric_limits<double>::infinity()}) {
+        Running broken(predicted(", horizon: 5"));
+        broken.set("r", Eigen::Vector2d(0, wrong));
+        EXPECT_FALSE(broken.step());
+        expect_contains(broken.simulation.failure(), "mpc: reference[2");
+    }
 }
 
 TEST(MpcBlock, SeesReferencesComing) {

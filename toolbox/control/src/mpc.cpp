@@ -14,10 +14,19 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 
 } // namespace
 
-void Mpc::Options::validate(int states) const {
+int Mpc::Options::variables(int states, int inputs) const {
+    return horizon * ((form == Form::sparse ? states + inputs : inputs) +
+                      (is_soft ? static_cast<int>(bounded.size()) : 0));
+}
+
+void Mpc::Options::validate(int states, int inputs) const {
     if (horizon < 1)
         throw std::invalid_argument("a horizon has at least one step, but horizon is " +
                                     std::to_string(horizon));
+    if (horizon > max_variables || variables(states, inputs) > max_variables)
+        throw std::invalid_argument("a problem has at most " + std::to_string(max_variables) +
+                                    " variables, but a horizon of " + std::to_string(horizon) +
+                                    " steps needs more; shorten it");
     for (std::size_t i = 0; i < bounded.size(); ++i)
         if (bounded[i] < 0 || bounded[i] >= states ||
             std::find(bounded.begin(), bounded.begin() + static_cast<std::ptrdiff_t>(i), bounded[i]) !=
@@ -33,9 +42,9 @@ Mpc::Mpc(int states, int inputs, Options options)
     if (states < 1 || inputs < 1)
         throw std::invalid_argument("predictive control needs states and inputs, but has " +
                                     std::to_string(states) + " and " + std::to_string(inputs));
-    options_.validate(states);
+    options_.validate(states, inputs);
     first_slack_ = N_ * (is_sparse_ ? n_ + m_ : m_);
-    variables_ = first_slack_ + (options_.is_soft ? N_ * c_ : 0);
+    variables_ = options_.variables(n_, m_);
     equations_ = is_sparse_ ? N_ * n_ : 0;
     // Hard bounds of states that are variables are bounds of variables.
     first_rate_ = equations_ + (options_.is_soft ? 2 * N_ * c_ : is_sparse_ ? 0 : N_ * c_);

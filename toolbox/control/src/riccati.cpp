@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <string>
 
@@ -20,9 +21,10 @@ void make_symmetric(MatrixXd& matrix) {
 
 Regulator::Regulator(int states, int inputs, Time time)
     : time_(time), A_(states, states), B_(states, inputs), Q_(states, states), R_(inputs, inputs),
-      Ak_(states, states), Gk_(states, states), H_(states, states), W_(states, states), left_(states, states),
-      right_(states, states), product_(states, states), BtX_(inputs, states), RB_(inputs, states),
-      K_(inputs, states), S_(inputs, inputs), lu_(states), llt_(inputs) {
+      Ak_(states, states), Gk_(states, states), H_(states, states), A0_(states, states), G0_(states, states),
+      H0_(states, states), W_(states, states), left_(states, states), right_(states, states),
+      product_(states, states), BtX_(inputs, states), RB_(inputs, states), K_(inputs, states),
+      S_(inputs, inputs), lu_(states), llt_(inputs), of_Q_(states) {
     if (states < 1 || inputs < 1)
         throw std::invalid_argument("a regulator needs states and inputs, but has " + std::to_string(states) +
                                     " and " + std::to_string(inputs));
@@ -46,15 +48,23 @@ Regulator::Status Regulator::solve_anew() noexcept {
     make_symmetric(S_);
     llt_.compute(S_);
     if (llt_.info() != Eigen::Success) return Status::no_cost;
+    H_ = Q_;
+    make_symmetric(H_);
+    // Semidefinite but for what rounding makes of a zero.
+    W_ = H_;
+    W_.diagonal().array() += 1e-12 * H_.norm() + std::numeric_limits<double>::min();
+    of_Q_.compute(W_);
+    if (of_Q_.info() != Eigen::Success) return Status::indefinite;
     RB_ = B_.transpose();
     llt_.solveInPlace(RB_);
     Ak_ = A_;
     Gk_.noalias() = B_ * RB_;
-    H_ = Q_;
-    make_symmetric(H_);
     make_symmetric(Gk_);
     if (time_ == Time::continuous && !transform()) return Status::not_stabilising;
-    if (!double_up()) return Status::not_stabilising;
+    A0_ = Ak_;
+    G0_ = Gk_;
+    H0_ = H_;
+    if (!double_up() && !start_larger()) return Status::not_stabilising;
     BtX_.noalias() = B_.transpose() * H_;
     if (time_ == Time::continuous) {
         K_ = BtX_;
@@ -116,6 +126,41 @@ bool Regulator::double_up() noexcept {
         if (!H_.allFinite() || !Ak_.allFinite()) return false;
         // What is still to come is below its square, relative to H.
         if (Ak_.norm() < 1e-10) return true;
+    }
+    return false;
+}
+
+/// Newton's method: with the closed loop A_c = (1 + G X)⁻¹ A of one X the next one is its cost to go,
+/// X⁺ = A_cᵀ X⁺ A_c + H + (X A_c)ᵀ G X A_c, whose sum over all time doubles its length in each step. It is
+/// quadratic where X stabilises, and halves the distance where some motion neither grows nor decays.
+bool Regulator::start_larger() noexcept {
+    const double size = G0_.norm();
+    if (!(size > 0.0)) return false;
+    H_ = H0_;
+    H_.diagonal().array() += 1e-3 * (H0_.norm() + 1.0 / size);
+    Ak_ = A0_;
+    Gk_ = G0_;
+    if (!double_up()) return false;
+    for (int k = 0; k < 25; ++k) {
+        W_.setIdentity();
+        W_.noalias() += G0_ * H_;
+        lu_.compute(W_);
+        Ak_ = lu_.solve(A0_);
+        left_.noalias() = H_ * Ak_;
+        right_.noalias() = G0_ * left_;
+        W_ = H0_;
+        W_.noalias() += left_.transpose() * right_;
+        for (int i = 0; i < 60 && !(Ak_.norm() < 1e-10); ++i) {
+            left_.noalias() = W_ * Ak_;
+            W_.noalias() += Ak_.transpose() * left_;
+            product_.noalias() = Ak_ * Ak_;
+            Ak_.swap(product_);
+        }
+        make_symmetric(W_);
+        if (!(Ak_.norm() < 1e-10) || !W_.allFinite()) return false;
+        H_.swap(W_);
+        W_ -= H_;
+        if (W_.norm() <= 1e-12 * H_.norm()) return true;
     }
     return false;
 }

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <gtest/gtest.h>
+#include <limits>
 #include <random>
 #include <stdexcept>
 
@@ -324,8 +325,17 @@ TEST(Mpc, RefusesWhatIsNoProblem) {
     options.bounded = {1, 1};
     EXPECT_THROW(Mpc(4, 1, options), std::invalid_argument);
     options.bounded = {1};
-    options.horizon = 0;
-    EXPECT_THROW(Mpc(4, 1, options), std::invalid_argument);
+    for (const int horizon : {0, 1001, std::numeric_limits<int>::max()}) {
+        options.horizon = horizon;
+        EXPECT_THROW(Mpc(4, 2, options), std::invalid_argument) << horizon;
+    }
+    options.horizon = 250;
+    options.is_soft = true;
+    options.form = Mpc::Form::sparse;
+    EXPECT_NO_THROW(options.validate(5, 2)) << "2000 variables";
+    EXPECT_THROW(options.validate(6, 2), std::invalid_argument);
+    options.form = Mpc::Form::condensed;
+    options.is_soft = false;
     Mpc mpc = made(Mpc::Form::condensed, 3);
     Question question{VectorXd::Constant(n, NAN), VectorXd::Zero(m), VectorXd::Zero(n), Matrix::Zero(n, 1)};
     EXPECT_EQ(solve(mpc, question), qp::Status::internal_error);

@@ -136,6 +136,49 @@ TEST(Regulator, SolvesAHundredStates) {
     EXPECT_LT(residual(system, Time::discrete, regulator.X(), regulator.K()), 1e-9);
 }
 
+TEST(Regulator, StabilisesMotionsThatGrowAndThatNoCostSees) {
+    // scipy.linalg.solve_discrete_are and solve_continuous_are; the poles of growing motions are mirrored.
+    const MatrixXd one = MatrixXd::Ones(1, 1), none = MatrixXd::Zero(2, 2);
+    Regulator scalar(1, 1, Time::discrete), discrete(2, 1, Time::discrete),
+        continuous(2, 1, Time::continuous);
+    ASSERT_EQ(scalar.solve(2.0 * one, one, 0.0 * one, one), Status::solved);
+    EXPECT_NEAR(scalar.K()(0, 0), 1.5, 1e-12);
+    ASSERT_EQ(discrete.solve(Eigen::Vector2d(0.9, 2.0).asDiagonal().toDenseMatrix(), MatrixXd::Ones(2, 1),
+                             none, one),
+              Status::solved);
+    EXPECT_LT((discrete.K() - Eigen::RowVector2d(0.0, 1.5)).norm(), 1e-11);
+    MatrixXd A = none, B = MatrixXd::Zero(2, 1);
+    A << 0.0, 1.0, 2.0, 0.0;
+    B << 0.0, 1.0;
+    ASSERT_EQ(continuous.solve(A, B, none, one), Status::solved);
+    EXPECT_LT((continuous.K() - Eigen::RowVector2d(4.0, std::sqrt(8.0))).norm(), 1e-11);
+
+    std::mt19937 random(3);
+    for (const Time time : {Time::discrete, Time::continuous})
+        for (int k = 0; k < 5; ++k) {
+            System system = random_system(5, 2, random);
+            system.Q.setZero();
+            Regulator regulator(5, 2, time);
+            ASSERT_EQ(regulator.solve(system.A, system.B, system.Q, system.R), Status::solved);
+            EXPECT_LT(residual(system, time, regulator.X(), regulator.K()), 1e-9) << k;
+            const Eigen::VectorXcd poles = (system.A - system.B * regulator.K()).eigenvalues();
+            EXPECT_TRUE(time == Time::discrete ? poles.cwiseAbs().maxCoeff() < 1.0
+                                               : poles.real().maxCoeff() < 0.0);
+        }
+}
+
+TEST(Regulator, RefusesACostThatRewards) {
+    const MatrixXd one = MatrixXd::Ones(1, 1), two = MatrixXd::Identity(2, 2), B = MatrixXd::Ones(2, 1);
+    MatrixXd Q = two;
+    for (const Time time : {Time::discrete, Time::continuous}) {
+        Regulator regulator(2, 1, time);
+        for (const double cost : {-1.0, -1e-6}) {
+            Q(1, 1) = cost;
+            EXPECT_EQ(regulator.solve(0.5 * two, B, Q, one), Status::indefinite) << cost;
+        }
+    }
+}
+
 TEST(Regulator, TellsWhereThereIsNoGain) {
     const MatrixXd one = MatrixXd::Ones(1, 1), two = MatrixXd::Identity(2, 2);
     for (const Time time : {Time::discrete, Time::continuous}) {

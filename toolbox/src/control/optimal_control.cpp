@@ -54,8 +54,9 @@ class Lqr final : public Block {
     Output<Matrix> K{this, "K", {.shape = {m, n}, .unit = mixed_units, .doc = "gain"}};
     Output<double> status{this,
                           "status",
-                          {.doc = "0 solved, 1 no stabilising gain, 2 R is not positive definite, 3 a matrix "
-                                  "is not finite; then K is the last gain"}};
+                          {.doc =
+                               "0 solved, 1 no stabilising gain, 2 R is not positive definite, 3 a matrix "
+                               "is not finite, 4 Q is not positive semidefinite; then K is the last gain"}};
     DiscreteState<Matrix> last{this, "last", {.shape = {m, n}, .unit = mixed_units, .doc = "last gain"}};
     Scratch<Regulator> regulator{this, [this] {
                                      return Regulator(value(n), value(m),
@@ -77,8 +78,11 @@ class Lqr final : public Block {
         if (!stop_when_fails) return ok;
         switch (found) {
         case Regulator::Status::not_stabilising:
-            return Status::failure("no gain stabilises A, B, or Q does not see a motion that does not decay; "
-                                   "look at the model and at Q");
+            return Status::failure(
+                "no gain stabilises A, B, or Q does not see a motion that neither grows nor "
+                "decays; look at the model and at Q");
+        case Regulator::Status::indefinite:
+            return Status::failure("Q is not positive semidefinite; let no state have a negative cost");
         case Regulator::Status::no_cost:
             return Status::failure("R is not positive definite; give each input a cost");
         case Regulator::Status::not_finite:
@@ -251,9 +255,10 @@ class PredictiveControl final : public Block {
             inference.refuse("input 'reference' has " + std::to_string(of_reference->cols) +
                              " columns, but the horizon has " + std::to_string(*horizon) +
                              " steps; give one column, or one for each step");
-        if (!of_x) return;
+        const Size* of_u = inference.size(u);
+        if (!of_x || !of_u) return;
         try {
-            options().validate(of_x->rows);
+            options().validate(of_x->rows, of_u->rows);
         } catch (const std::invalid_argument& wrong) {
             inference.refuse(wrong.what());
         }
@@ -263,6 +268,9 @@ class PredictiveControl final : public Block {
         return ok;
     }
     Status output(Now at, Out out) const noexcept override {
+        Status good = all_finite(at, x, reference, u_reference, disturbance);
+        if (good && u_last.is_present()) good = all_finite(at, u_last);
+        if (!good) return good;
         auto& mpc = at[controller];
         if (*terminal == "lqr") {
             auto& riccati = at[regulator];
@@ -302,7 +310,7 @@ class PredictiveControl final : public Block {
             go_on(at[last_states], out[states]);
         }
         out[u] = at[plan].col(0);
-        return result.status == qp::Status::solved || !stop_when_fails ? ok : failure(at, result);
+        return result.status == qp::Status::solved || !stop_when_fails ? ok : failure(result);
     }
     Status update(Now at, Next next) const noexcept override {
         next[last_plan] = at[plan];
@@ -333,9 +341,7 @@ class PredictiveControl final : public Block {
         to.leftCols(rest) = from.rightCols(rest);
         to.col(rest) = from.col(rest);
     }
-    Status failure(Now at, const qp::Result& result) const noexcept {
-        if (const Status good = all_finite(at, x, reference, u_reference, disturbance, u_last); !good)
-            return good;
+    Status failure(const qp::Result& result) const noexcept {
         switch (result.status) {
         case qp::Status::infeasible:
             if (limit_rates)
@@ -388,7 +394,8 @@ void add_optimal_control(Library& library) {
                                 "Theory, Computation, and "
                                 "Design, 2017, ch. 1 and 8; status numbers are those of QP. "
                                 "Errors: columns of reference that are neither 1 nor N, bounded states that "
-                                "do not exist; terminal: "
+                                "do not exist, more than 2000 variables; in a step, an input that is not "
+                                "finite; terminal: "
                                 "lqr where there is no regulator. With stop_when_fails, what is not solved.");
 }
 

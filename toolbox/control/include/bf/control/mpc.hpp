@@ -37,8 +37,11 @@ class Mpc {
         bool limits_rates = false; ///< inputs change within bounds from step to step
         int max_iterations = 1000;
         double tolerance = 1e-6;
+        /// Matrices are dense: memory grows with the square of the variables, time with the cube.
+        static constexpr int max_variables = 2000;
+        int variables(int states, int inputs) const;
         /// Throws std::invalid_argument naming the option that is out of range.
-        void validate(int states) const;
+        void validate(int states, int inputs) const;
     };
 
     /// Throws std::invalid_argument unless there is a state and an input.

@@ -17,7 +17,10 @@ using VectorIn = Eigen::Ref<const Eigen::VectorXd>;
 /// step has the closed loop's transition over 2ᵏ periods (E. K.-W. Chu, H.-Y. Fan, W.-W. Lin, C.-S. Wang,
 /// Structure-preserving algorithms for periodic discrete-time algebraic Riccati equations, 2004); an equation
 /// in continuous time becomes one in discrete time by Cayley's transform (E. K.-W. Chu, H.-Y. Fan, W.-W. Lin,
-/// A structure-preserving doubling algorithm for continuous-time algebraic Riccati equations, 2005).
+/// A structure-preserving doubling algorithm for continuous-time algebraic Riccati equations, 2005). Where Q
+/// does not see a motion that grows, doubling finds another solution; there X is found from that of a larger
+/// Q by Newton's method (G. A. Hewer, An iterative technique for the computation of the steady state gains
+/// for the discrete optimal regulator, 1971).
 ///
 /// All memory is allocated by the constructor, of up to some hundred states. Not for concurrent use.
 class Regulator {
@@ -25,9 +28,11 @@ class Regulator {
     enum class Time { discrete, continuous };
     enum class Status {
         solved = 0,
-        not_stabilising = 1, ///< no gain stabilises A, B, or Q does not see a motion that does not decay
+        not_stabilising = 1, ///< no gain stabilises A, B, or Q does not see a motion that neither grows nor
+                             ///< decays
         no_cost = 2,         ///< R is not positive definite
-        not_finite = 3       ///< an entry is not finite
+        not_finite = 3,      ///< an entry is not finite
+        indefinite = 4       ///< Q is not positive semidefinite
     };
 
     /// Throws std::invalid_argument unless there is a state and an input.
@@ -44,16 +49,18 @@ class Regulator {
     Status solve_anew() noexcept;
     bool transform() noexcept;
     bool double_up() noexcept;
+    bool start_larger() noexcept;
 
     Time time_;
     Status status_ = Status::not_finite;
     bool is_first_ = true;
     Eigen::MatrixXd A_, B_, Q_, R_;              ///< as they were given
     Eigen::MatrixXd Ak_, Gk_, H_;                ///< of the doubling
+    Eigen::MatrixXd A0_, G0_, H0_;               ///< with which it begins
     Eigen::MatrixXd W_, left_, right_, product_; ///< (n×n)
     Eigen::MatrixXd BtX_, RB_, K_, S_;
     Eigen::PartialPivLU<Eigen::MatrixXd> lu_;
-    Eigen::LLT<Eigen::MatrixXd> llt_;
+    Eigen::LLT<Eigen::MatrixXd> llt_, of_Q_;
 };
 
 } // namespace bf::control

@@ -151,13 +151,15 @@ SignalFinder::SignalFinder(const Diagram& diagram) : all_(diagram.signals()) {
     for (std::size_t n = 0; n < diagram.nodes.size(); ++n) {
         const auto& node = diagram.nodes[n];
         const auto& slots = node.block->resolution().slots;
+        const auto count = [&](Role role) { return std::ranges::count(slots, role, &Slot::role); };
+        const bool is_plain_sink = count(Role::output) == 0 && count(Role::input) == 1;
         for (std::size_t i = 0; i < slots.size(); ++i) {
             if (slots[i].role == Role::discrete_state)
                 hidden_.try_emplace(node.path + "." + slots[i].name,
                                     Node::End{static_cast<int>(n), static_cast<int>(i)});
             if (slots[i].role == Role::input && node.sources[i].node >= 0) {
                 hidden_.try_emplace(node.path + "." + slots[i].name, node.sources[i]);
-                hidden_.try_emplace(node.path, node.sources[i]);
+                if (is_plain_sink) hidden_.try_emplace(node.path, node.sources[i]);
             }
         }
     }

@@ -147,9 +147,7 @@ class Wiring {
         if (end.port.empty() && ports.all.size() == 1) return ports.all.front().index;
         if (const auto found = ports.indices.find(end.port); found != ports.indices.end())
             return found->second;
-        const auto list = [&] {
-            return name_list(ports.all, [](const NamedPort& port) { return std::string(port.name); });
-        };
+        const auto list = [&] { return name_list(ports.names()); };
         const std::string path = inside(scope, end.block);
         if (!end.port.empty()) {
             auto meant = e_.report.meant(
@@ -656,16 +654,19 @@ class Wiring {
     void named(const SignalFinder& finder, const model::Signal& signal, std::vector<SignalName>& to) {
         auto found = finder.match(signal.path);
         if (found.empty() && !is_left_out(signal.path)) {
-            const auto names = [&] {
+            const auto names = [](const std::vector<SignalName>& signals) {
                 std::vector<std::string> known;
-                for (const auto& one : finder.all()) known.push_back(one.path);
+                for (const auto& one : signals) known.push_back(one.path);
                 return known;
             };
-            auto meant = e_.report.meant(signal.path, names, [&](const std::string& name) {
-                return renamed_signal(e_.model, signal.path, name);
-            });
+            auto meant = e_.report.meant(
+                signal.path, [&] { return names(finder.all()); },
+                [&](const std::string& name) { return renamed_signal(e_.model, signal.path, name); });
+            const auto parts = names(finder.match(signal.path + ".*"));
             e_.report.add(signal.where, "", "there is no signal '" + signal.path + "'" + meant.text,
-                          "signals are called block.port, with the subsystems before them",
+                          parts.empty()
+                              ? "signals are called block.port, with the subsystems before them"
+                              : "take one of " + name_list(parts) + ", or all by '" + signal.path + ".*'",
                           std::move(meant.fixes));
         }
         to.insert(to.end(), found.begin(), found.end());
@@ -676,8 +677,7 @@ class Wiring {
     const model::NamedSignal* named_ = nullptr;             ///< whose source is looked for, after all wires
     std::vector<std::vector<Driver>> node_drivers_;         ///< per slot of each block
     std::map<std::tuple<const Scope*, int, int, Role>, NamedPorts> named_ports_; ///< scope, node, bus, side
-    std::unordered_set<int>
-        misspelled_; ///< blocks whose connection names no input of theirs: one is open then
+    std::unordered_set<int> misspelled_; ///< blocks of which a connection names an input that is not there
     std::pair<const Scope*, std::size_t>
         open_; ///< the input of a subsystem at which the last `resolve` ended
     std::unordered_set<const Driver*> reported_;

@@ -557,5 +557,19 @@ TEST(Errors, UnknownSignalToRecordIsNamedWithSimilarOnes) {
               "m.yaml:5:19: there is no signal 'x.*'; known are 'clock'");
 }
 
+TEST(Errors, ABlockOfSeveralOutputsIsNoSignal) {
+    const auto text = [](const std::string& signal) {
+        return "model: m\nstep: 0.1\nblocks:\n  clock: {block: Clock}\n  w: {block: SineCosine}\n"
+               "connections: {clock: w}\nrecord: [" +
+               signal + "]\n";
+    };
+    EXPECT_EQ(errors_of(text("w")),
+              "m.yaml:7:10: there is no signal 'w'; take one of w.sin, w.cos, or all by 'w.*'");
+    const auto all = elaborate_text(text("w.*"));
+    ASSERT_EQ(all.diagram.record.size(), 2u);
+    EXPECT_EQ(all.diagram.record[1].path, "w.cos");
+    EXPECT_EQ(all.diagram.find_signal("w").node, -1);
+}
+
 } // namespace
 } // namespace bf::test

@@ -229,7 +229,7 @@ class SignalFinder {
     std::vector<SignalName> all_;
     /// Among them, by path, and by what stands before the last dot of it.
     std::unordered_map<std::string_view, std::vector<std::size_t>> by_path_, by_parent_;
-    /// A sink, or one of its inputs, is seen through what drives it; a state through its memory.
+    /// An input, or a sink of one, is seen through what drives it; a state through its memory.
     std::unordered_map<std::string, Node::End> hidden_;
 };
 

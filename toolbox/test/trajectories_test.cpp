@@ -100,7 +100,9 @@ TEST(CartesianTrajectoryBlock, GoesToPosesThatChangeOnTheWayWithoutAJump) {
             if (k == 50) run.set("target", turned(-0.3, 1));
             ASSERT_TRUE(run.step()) << run.simulation.failure();
             const Matrix H = run.get("way.w_H"), v = run.get("way.v"), a = run.get("way.a");
-            if (k == 0) EXPECT_LT((H - turned(0, 0.2)).norm(), 1e-12);
+            if (k == 0) {
+                EXPECT_LT((H - turned(0, 0.2)).norm(), 1e-12);
+            }
             if (k > 0) {
                 EXPECT_LT(
                     (H.topRightCorner(3, 1) - last.topRightCorner(3, 1) - 0.005 * (v + last_v).topRows(3))

@@ -130,6 +130,7 @@ Plant identify(Bench& bench, const Eigen::VectorXd& holding, int joint, double s
     const Index n = rest.size(), own = 5;
     Eigen::MatrixXd A(count, own + n);
     Eigen::VectorXd torques(count);
+    std::array<double, ways.size()> held{}; // Nm, at the end of each
     for (Index k = 0; k < count; ++k) {
         if (k % phase == 0) {
             Eigen::VectorXd moved = rest;
@@ -141,8 +142,16 @@ Plant identify(Bench& bench, const Eigen::VectorXd& holding, int joint, double s
         bench.step();
         A.row(k) << bench.s_ddot()[joint], s_dot, direction, s - s_0, 1.0, bench.s_ddot().transpose();
         A(k, own + joint) = 0;
-        torques[k] = bench.tau()[joint];
+        torques[k] = held[static_cast<std::size_t>(k / phase)] = bench.tau()[joint];
     }
+    // What a stop carries the motor has to carry as soon as the joint leaves it: no plant has such a jump.
+    const double jump = std::abs(held[1] - held[3]) - std::abs(held[0] - held[1]) / 3;
+    const bool is_at_limit =
+        s_0 < bench.lower_limits()[joint] + 1e-3 || s_0 > bench.upper_limits()[joint] - 1e-3;
+    if (is_at_limit && jump > 0.05 * bench.safe().P[joint] * std::abs(step))
+        throw std::runtime_error("joint '" + bench.joints()[static_cast<std::size_t>(joint)] +
+                                 "' lies on its stop at " + text_of(s_0) +
+                                 " rad, which carries it; choose a pose away from its limits");
     // Columns have units of their own, so that the rank is decided on columns of one length.
     Eigen::VectorXd scale = A.colwise().norm();
     if (A.col(3).cwiseAbs().maxCoeff() < 0.1 * std::abs(step))
@@ -164,15 +173,17 @@ void Options::validate(std::size_t n) const {
                                                         " goals for " + std::to_string(n) +
                                                         " joints; give one for all or one each");
     for (const Goal& goal : goals) {
-        require(goal.frequency > 0 && std::isfinite(goal.frequency),
-                "a frequency is " + text_of(goal.frequency) + "; it must be positive (rad/s)");
+        require(goal.frequency >= least_frequency && std::isfinite(goal.frequency),
+                "a frequency is " + text_of(goal.frequency) + "; it must be " + text_of(least_frequency) +
+                    " rad/s or more");
         require(goal.damping >= 0.2 && goal.damping <= 5,
                 "a damping ratio is " + text_of(goal.damping) + "; it must be 0.2 to 5");
     }
     require(std::isfinite(step) && step != 0, "step is " + text_of(step) + "; it must not be zero (rad)");
     require(torque_share > 0 && torque_share <= 1,
             "torque_share is " + text_of(torque_share) + "; it must be above 0 and at most 1");
-    require(integral >= 0 && integral <= 1, "integral is " + text_of(integral) + "; it must be 0 to 1");
+    require(integral == 0 || (integral >= 0.01 && integral <= 1),
+            "integral is " + text_of(integral) + "; it must be 0, or 0.01 to 1");
     require(error > 0, "error is " + text_of(error) + "; it must be positive (rad)");
     require(most_trials >= 3, "most_trials is " + std::to_string(most_trials) + "; it must be 3 or more");
     if (!wrong.str().empty()) throw std::invalid_argument("tuning:" + wrong.str());
@@ -208,6 +219,7 @@ class Tuner {
             };
             of_gains(bench_.given(), joint.response_before, joint.measures_before);
             of_gains(gains_, joint.response_after, joint.measures_after);
+            remark_shortfall(joint);
         }
         return joints;
     }
@@ -248,17 +260,46 @@ class Tuner {
         }
         const auto first_torque = [&] {
             joint.after = design(joint.plant, joint.goal);
-            const double away = std::abs(joint.plant.load) + joint.plant.friction;
+            const double away = std::abs(joint.plant.load) + joint.plant.friction +
+                                std::abs(joint.plant.stiffness * options_.step);
             if (away > options_.error * joint.after.P)
                 joint.after = design(joint.plant, joint.goal, options_.integral);
             return joint.after.P * std::abs(options_.step);
         };
         if (first_torque() > left) {
-            while (first_torque() > left) joint.goal.frequency *= 0.98;
+            while (first_torque() > left)
+                if ((joint.goal.frequency *= 0.98) < least_frequency)
+                    throw std::runtime_error("joint '" + joint.name + "' has " + text_of(left) +
+                                             " Nm left when it is held, which is too little for a step of " +
+                                             text_of(options_.step) +
+                                             " rad; choose a smaller one, or another pose");
             joint.remark = "lowered to " + text_of(joint.goal.frequency) + " rad/s: a step of " +
                            text_of(options_.step) + " rad may take " + text_of(torque_limit(i)) + " Nm";
         }
+        if (!(joint.after.P > 0))
+            throw std::runtime_error("joint '" + joint.name + "' is held at " + text_of(start_[i]) +
+                                     " rad by more than its goal asks for, as by gravity; choose a greater "
+                                     "frequency, or another pose");
         return joint;
+    }
+
+    /// A joint may be far from its goal where it is not the plant that was identified.
+    void remark_shortfall(TunedJoint& joint) const {
+        const auto add = [&](const std::string& text) {
+            joint.remark += (joint.remark.empty() ? "" : "; ") + text;
+        };
+        if (const double error = joint.measures_after.error;
+            std::abs(error) > 0.05 * std::abs(joint.response_after.step))
+            add("ends " + text_of(std::abs(error)) + " rad away from its reference");
+        if (std::isnan(joint.measures_after.settling_time)) add("does not come to rest");
+        const JointGains asked = design(joint.plant, joint.goal, joint.after.I > 0 ? options_.integral : 0);
+        const double k = joint.plant.stiffness, b = joint.plant.damping,
+                     quicker = std::sqrt(std::max((joint.after.P + k) / (asked.P + k), 0.0)),
+                     calmer = (joint.after.D + b) / (asked.D + b) / quicker;
+        const auto is_near = [](double ratio) { return ratio > 1 / 1.5 && ratio < 1.5; };
+        if (!is_near(quicker) || !is_near(calmer))
+            add("P and D are those of " + text_of(quicker * joint.goal.frequency) +
+                " rad/s at a damping of " + text_of(calmer * joint.goal.damping));
     }
 
     JointGains refined(Index i, const TunedJoint& joint) {

@@ -228,6 +228,23 @@ TEST(Tune, StepsAwayFromALimit) {
     EXPECT_NEAR(joints[0].after.P, 0.5 * 20 * 20, 8);
 }
 
+TEST(Tune, GivesAnIntegralToAJointThatGravityPullsBackOnTheWayAlone) {
+    const auto bench = bench_of_urdf(urdf_of(arm, "hanging_arm"), {}, false, {std::numbers::pi / 2, 0});
+    EXPECT_NEAR(holding_torques(*bench)[0], 0, 1e-6);
+    const auto joints = tune(*bench, {.goals = {Goal{8, 1}}, .most_trials = 10});
+    // Without it the step would end short of its reference by k / (P + k), k = m g l.
+    EXPECT_GT(9.81 * 1.7 / (joints[0].after.P + 9.81 * 1.7), 0.1);
+    EXPECT_GT(joints[0].after.I, 0);
+    EXPECT_LT(std::abs(joints[0].measures_after.error), 2e-3);
+}
+
+TEST(Tune, RemarksInWhatAStepFallsShort) {
+    const auto bench = turntable_bench("sticking_turntable", "1000", "0", "1.5");
+    const auto without = tune(*bench, {.goals = {Goal{20, 1}}, .integral = 0, .most_trials = 3});
+    EXPECT_GT(std::abs(without[0].measures_after.error), 0.0025);
+    EXPECT_NE(without[0].remark.find(" rad away from its reference"), std::string::npos) << without[0].remark;
+}
+
 TEST(Tune, GivesTheSameGainsEachTime) {
     const auto gains = [] {
         const auto bench = bench_of_urdf(urdf_of(arm, "same_arm"));
@@ -324,7 +341,7 @@ TEST(Tune, SaysWhatItCannotDo) {
             static_cast<void>(tune(*bench, {.goals = {Goal{-1, 9}, Goal{}}, .step = 0}));
         }),
         "tuning:\n- there are 2 goals for 1 joints; give one for all or one each\n- a frequency is -1; "
-        "it must be positive (rad/s)\n- a damping ratio is 9; it must be 0.2 to 5\n- step is 0; it must "
+        "it must be 0.1 rad/s or more\n- a damping ratio is 9; it must be 0.2 to 5\n- step is 0; it must "
         "not be zero (rad)");
     EXPECT_EQ(complaint([&] { bench_of_urdf(urdf_of(arm, "posed_arm"), {}, false, {1}); }),
               "the pose has 1 positions, but the robot has 2 joints");
@@ -342,6 +359,18 @@ TEST(Tune, SaysWhatItCannotDo) {
     const auto stuck = turntable_bench("stuck_turntable", "1", "0", "50");
     EXPECT_EQ(complaint([&] { static_cast<void>(tune(*stuck)); }),
               "joint 'swing' does not move; look at its limits, its effort limit and its friction");
+    const auto lying = bench_of_urdf(urdf_of(
+        std::string(arm).replace(std::string(arm).rfind("upper=\"3\""), 9, "upper=\"0\""), "lying_arm"));
+    EXPECT_EQ(
+        complaint([&] { static_cast<void>(tune(*lying)); }),
+        "joint 'elbow' lies on its stop at 0 rad, which carries it; choose a pose away from its limits");
+    const auto hanging =
+        bench_of_urdf(urdf_of(arm, "slowly_hanging_arm"), {}, false, {std::numbers::pi / 2, 0});
+    EXPECT_EQ(complaint([&] {
+                  static_cast<void>(tune(*hanging, {.goals = {Goal{1, 1}}}));
+              }),
+              "joint 'shoulder' is held at 1.57 rad by more than its goal asks for, as by gravity; choose a "
+              "greater frequency, or another pose");
     const auto heavy = bench_of_urdf(urdf_of(
         std::string(arm).replace(std::string(arm).find("effort=\"60\""), 11, "effort=\"2.2\""), "heavy_arm"));
     EXPECT_EQ(complaint([&] { static_cast<void>(tune(*heavy)); }),

@@ -8,9 +8,11 @@
 
 namespace bf::tuning {
 
+/// Slower loops take longer to be watched than a search has time for.
+inline constexpr double least_frequency = 0.1; ///< rad/s
 /// What a joint is asked for: the response of y'' + 2 damping frequency y' + frequency² y = frequency² r.
 struct Goal {
-    double frequency = 20; ///< rad/s
+    double frequency = 20; ///< rad/s, `least_frequency` or more
     double damping = 1;    ///< ratio
 };
 /// y(t) / r of that after a step of r at t = 0. Source: K. J. Åström, R. M. Murray, Feedback Systems, section
@@ -69,7 +71,7 @@ Measures measure(const Response& response);
 Eigen::VectorXd holding_torques(Bench& bench);
 
 /// Moves the joint to and fro, by `step` (rad) at most and by safe gains, and fits the plant to how it moves,
-/// by least squares. Throws std::runtime_error when it does not move.
+/// by least squares. Throws std::runtime_error when it does not move, or lies on a stop that carries it.
 Plant identify(Bench& bench, const Eigen::VectorXd& holding, int joint, double step);
 
 /// What the joint does in a step of its reference, with all others held by these gains.
@@ -83,9 +85,9 @@ struct Options {
     /// See `design`, where a joint needs one; 0: none has I. What I holds is the load, before and after a
     /// step, so that the error's integral over it is 0: a joint with I goes beyond its reference, by about
     /// twice this share at a damping of 1, and comes back by the slow pole.
-    double integral = 0.05;
-    double error = 1e-3;  ///< rad: a joint that load or friction hold farther away without I needs one
-    int most_trials = 40; ///< simulated steps per joint of the search
+    double integral = 0.05; ///< 0, or 0.01 to 1
+    double error = 1e-3;    ///< rad: a joint that load or friction hold farther away without I needs one
+    int most_trials = 40;   ///< simulated steps per joint of the search
 
     /// Throws std::invalid_argument that lists every value out of range, for n joints.
     void validate(std::size_t n) const;
@@ -94,8 +96,11 @@ struct Options {
 struct TunedJoint {
     std::string name;
     Plant plant;
-    Goal goal;          ///< as far as torque and the period of the loops let it be met
-    std::string remark; ///< why it is less than what was asked for; empty: it is not
+    Goal goal; ///< as far as torque and the period of the loops let it be met
+    /// Why the goal is less than what was asked for, and in what the step falls short of it: it ends away
+    /// from its reference by more than 5 %, does not come to rest, or P and D stand for another frequency or
+    /// damping by more than half. Empty: nothing of that.
+    std::string remark;
     JointGains before, after;
     Response response_before, response_after;
     Measures measures_before, measures_after;
@@ -106,7 +111,7 @@ struct TunedJoint {
 /// that of the goal, with I in its ratio to P and torques within their share of the limits. The frequency of
 /// a goal is lowered where a step would take more torque, or where the loops would be too slow for it (above
 /// 0.2 per loop period). The same bench gives the same gains. Throws std::runtime_error when a joint cannot
-/// be held or does not move, std::invalid_argument.
+/// be held, does not move, lies on a stop or is held by more than the goal asks for; std::invalid_argument.
 std::vector<TunedJoint> tune(Bench& bench, const Options& options = {});
 
 } // namespace bf::tuning

@@ -90,8 +90,9 @@ std::vector<tuning::Goal> goals_of(const TuneOptions& options, const std::vector
     for (const auto& text : options.frequencies) {
         const auto equals = text.find('=');
         const auto frequency = number_of(equals == text.npos ? text : text.substr(equals + 1));
-        if (!frequency || !(*frequency > 0) || !std::isfinite(*frequency))
-            throw CommandError("--frequency " + text + " is no number above 0 and no JOINT=NUMBER");
+        if (!frequency || !(*frequency >= tuning::least_frequency) || !std::isfinite(*frequency))
+            throw CommandError("--frequency " + text + " is no NUMBER and no JOINT=NUMBER of " +
+                               number(tuning::least_frequency) + " rad/s or more");
         if (equals == text.npos) {
             for (auto& goal : goals) goal.frequency = *frequency;
             continue;
@@ -202,6 +203,9 @@ void execute(const TuneOptions& options) {
     std::optional<LoadedModel> loaded;
     FileSet read{options.model.file};
     if (fs::path(options.model.file).extension() == ".xml") {
+        if (!options.model.sets.empty() || !options.model.params.empty())
+            throw CommandError("--set and --params change what a model says, but " + options.model.file +
+                               " is the file of a World; give the model instead, or change the file");
         const fs::path models(BF_ROBOT_MODELS);
         auto scene = physics::SceneOptions::read(options.model.file, {models, models / "iCub"});
         add_robots(std::make_shared<const physics::Scene>(std::move(scene)), options.model.file, all);
@@ -290,7 +294,8 @@ void add_tune(CLI::App& app) {
         ->capture_default_str();
     command
         ->add_option("--integral", options->tuning.integral,
-                     "the pole of I, as a share of the frequency, where load or friction ask for it; 0: no I")
+                     "the pole of I, as a share of the frequency, where load or friction ask for it: 0.01 to "
+                     "1; 0: no I")
         ->check(between(0.0, 1.0))
         ->type_name("SHARE")
         ->capture_default_str();

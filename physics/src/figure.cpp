@@ -66,10 +66,17 @@ Mesh mesh_of_heights(const mjModel& m, int number) {
 
 } // namespace
 
+std::optional<ContactForce> axial_force(const Eigen::Vector3d& point, const Vector6d& wrench) {
+    const Eigen::Vector3d force = wrench.head<3>(), moment = wrench.tail<3>();
+    if (!(force.norm() >= 1)) return {};
+    return ContactForce{point + force.cross(moment) / force.squaredNorm(), force};
+}
+
 std::optional<ContactForce> contact_force(const Eigen::Matrix4d& w_H_foot, const Vector6d& wrench) {
     const auto R = w_H_foot.topLeftCorner<3, 3>();
     const Eigen::Vector3d force = R.transpose() * wrench.head<3>(), moment = R.transpose() * wrench.tail<3>();
-    if (!(force.z() >= 1)) return {};
+    if (!(force.norm() >= 1 && force.z() >= force.norm() / 2))
+        return axial_force(w_H_foot.topRightCorner<3, 1>(), wrench);
     const Eigen::Vector3d pressure(-moment.y() / force.z(), moment.x() / force.z(), 0);
     return ContactForce{w_H_foot.topRightCorner<3, 1>() + R * pressure, wrench.head<3>()};
 }

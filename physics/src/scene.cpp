@@ -6,6 +6,7 @@
 #include <cmath>
 #include <initializer_list>
 #include <limits>
+#include <sstream>
 #include <stdexcept>
 #include <string_view>
 #include <tuple>
@@ -14,6 +15,8 @@
 namespace bf::physics {
 
 namespace {
+
+constexpr double longest_usual_step = 0.005; ///< s, of physics with contacts
 
 [[noreturn]] void unknown_part(const std::string& owner, const char* kind, const std::string& name,
                                const std::vector<std::string>& names) {
@@ -268,6 +271,15 @@ Scene::Scene(const WorldOptions& options) : impl_(std::make_unique<Impl>()) {
     complete(robot.options, urdf);
     robot.options.validate(); // the number of joints is known only now
     const SpecPtr spec = make_spec(robot.options, options, urdf, Looks::none, &impl_->warnings);
+    if (options.time_step > longest_usual_step) {
+        std::ostringstream line;
+        line
+            << "the world steps by " << options.time_step
+            << " s, as its inputs do unless it has a period of its own; contacts and quick joints are coarse "
+               "by more than "
+            << longest_usual_step << " s: give it a shorter period";
+        impl_->loop_warnings.push_back(line.str());
+    }
     impl_->starts.resize(1);
     impl_->starts[0].mass = total_mass(spec.get());
     impl_->options.objects = options.terrain;
@@ -306,8 +318,13 @@ Frame Scene::frame(const std::string& name, const Eigen::MatrixXd& pose) const {
     Frame frame;
     if (const auto link = impl_->links.find(name); link != impl_->links.end())
         frame = link->second;
-    else if (!name.empty())
-        frame.body = body(name);
+    else if (const auto own = std::ranges::find(impl_->bodies, name); own != impl_->bodies.end())
+        frame.body = static_cast<int>(own - impl_->bodies.begin());
+    else if (!name.empty()) {
+        std::vector<std::string> names = impl_->bodies;
+        for (const auto& fixed : impl_->links) names.push_back(fixed.first);
+        unknown_part("the world", "body", name, names);
+    }
     frame.pose = frame.pose * pose;
     return frame;
 }

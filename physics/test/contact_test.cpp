@@ -226,7 +226,7 @@ TEST(Contact, KnowsLinksThatAreFixedToOthers) {
         1e-9);
     EXPECT_EQ(sim.w_H(sim.scene().frame("", at(7, 8, 9))), at(7, 8, 9)) << "the world";
     expect_contains(complaint_of([&] { sim.scene().frame("arm/tipp"); }),
-                    {"the world has no body 'arm/tipp'", "there are: ", "arm/bob"});
+                    {"the world has no body 'arm/tipp'; did you mean 'arm/tip'? there are: ", "arm/bob"});
     expect_contains(complaint_of([&] { sim.scene().frame("arm/tip", Eigen::Matrix3d::Identity()); }),
                     {"argument 'pose' is no pose; give [R p; 0 0 0 1] with a rotation R"});
 }

@@ -2,6 +2,7 @@
 #include "robots.hpp"
 
 #include <gtest/gtest.h>
+#include <numbers>
 
 using namespace bf::physics;
 using namespace bf::physics::test;
@@ -99,4 +100,21 @@ TEST(ContactForce, ActsAtTheCentreOfPressureOfATiltedSole) {
     EXPECT_LT((contact->origin - H.topRightCorner<3, 1>() - lever).norm(), 1e-12);
     EXPECT_EQ(contact->force, force);
     EXPECT_FALSE(contact_force(H, 0.005 * wrench)) << "less than a newton";
+}
+
+TEST(ContactForce, ActsOnItsAxisAtAFootWhoseZAxisIsNotThatOfASole) {
+    // A ball's frame along a shin that leans by 100 degrees, or lies: the floor pushes upwards below it.
+    for (const double tilt : {1.75, std::numbers::pi / 2, std::numbers::pi}) {
+        Eigen::Matrix4d H = Eigen::Matrix4d::Identity();
+        H.topLeftCorner<3, 3>() = Eigen::AngleAxisd(tilt, Eigen::Vector3d::UnitY()).toRotationMatrix();
+        H.topRightCorner<3, 1>() = Eigen::Vector3d(0.1, 0.2, 0.02);
+        const Eigen::Vector3d lever(0.01, 0.005, -0.02), force(0, 0, 33);
+        Vector6d wrench;
+        wrench << force, lever.cross(force);
+        const auto contact = contact_force(H, wrench);
+        ASSERT_TRUE(contact) << tilt;
+        EXPECT_LT((contact->origin - Eigen::Vector3d(0.11, 0.205, 0.02)).norm(), 1e-12) << tilt;
+        EXPECT_EQ(contact->force, force);
+    }
+    EXPECT_FALSE(contact_force(Eigen::Matrix4d::Identity(), Vector6d::Constant(0.1)));
 }

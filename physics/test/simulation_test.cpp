@@ -232,6 +232,18 @@ TEST(Simulation, TakesHoldOfABodyAtAPoint) {
         "t = 0 s: the disturbance of 'core' has the component 1e+11; it must be finite and below 1e10");
 }
 
+TEST(Simulation, WarnsOfAStepThatIsLongForContacts) {
+    WorldOptions options = pendulum();
+    options.time_step = 0.005;
+    EXPECT_TRUE(World(options).scene()->loop_warnings().empty());
+    options.time_step = 0.01;
+    EXPECT_EQ(
+        World(options).scene()->loop_warnings(),
+        std::vector<std::string>{"the world steps by 0.01 s, as its inputs do unless it has a period of its "
+                                 "own; contacts and quick joints are coarse by more than 0.005 s: give it "
+                                 "a shorter period"});
+}
+
 TEST(Simulation, KeepsTheEnergyOfAPendulum) {
     WorldOptions options = pendulum();
     options.time_step = 1e-4;

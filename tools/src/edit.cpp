@@ -4,9 +4,11 @@
 #include "bf/base/files.hpp"
 #include "bf/formats/yaml.hpp"
 #include "bf/realtime/interrupt.hpp"
+#include "bf/run/replay.hpp"
 #include "bf/service/server.hpp"
 #include "bf/service/service.hpp"
 #include "files.hpp"
+#include "robots.hpp"
 #include "scenery.hpp"
 #include "session.hpp"
 #include "terminal.hpp"
@@ -110,13 +112,22 @@ void execute(const EditOptions& options) {
           "Whoever has this address may change the model.");
 }
 
+/// The page shows the mistakes of a wrong model.
+void refuse_without_world(const Diagram& diagram) {
+    if (!has_world(diagram))
+        throw CommandError(diagram.name + " has no MujocoWorld or World block: there is nothing to look at");
+}
+
 void execute(const ViewOptions& options) {
     service::ServerOptions served;
     if (is_recording(options.file)) {
         if (!fs::exists(options.file)) throw CommandError("there is no recording " + options.file);
+        refuse_without_world(load_model(recorded_source(load_recording(options.file))).diagram);
         served.recording = options.file;
     } else {
         served.file = found_model(options.file);
+        const auto examined = examine_model({.file = served.file.string()});
+        if (examined.diagnostics.empty()) refuse_without_world(examined.diagram);
     }
     serve(std::move(served), options, options.file, "#view", "Whoever has this address may look.");
 }

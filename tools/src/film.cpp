@@ -111,7 +111,7 @@ class Take {
             marks.lines.push_back(std::move(outline));
         }
         for (const auto& [frame, wrench] : sensors_)
-            add(axial_force(renderer_->position(frame), values(*wrench, t)), marks.arrows);
+            add(physics::axial_force(renderer_->position(frame), values(*wrench, t)), marks.arrows);
         for (const auto& channel : recording_.channels) {
             if (channel.samples() == 0) continue;
             if (channel.name.starts_with(path_ + ".wrench_")) add_contact(channel, t, marks.arrows);
@@ -256,6 +256,7 @@ void refuse_other_format(const std::string& option, const std::string& file, con
 void draw_picture(Film& film, const FilmOptions& options) {
     const double t = options.picture_time.value_or(film.end());
     refuse_after_end(film, "--at", t);
+    refuse_after_end(film, "--from", options.from);
     film.begin(options.from);
     OutputFile file(options.picture);
     physics::write_png(file.path(), film.draw(t));
@@ -293,6 +294,8 @@ void draw_film(Film& film, const FilmOptions& options) {
 void execute(const FilmOptions& options) {
     if (options.picture.empty() && options.output.empty())
         throw CommandError("say what to make: -o FILE.mp4 for a film, --picture FILE.png for one picture");
+    if (options.picture_time && options.picture.empty())
+        throw CommandError("--at is the instant of a picture: give --picture FILE.png, too");
     refuse_other_format("-o", options.output, ".mp4");
     refuse_other_format("--picture", options.picture, ".png");
     Film film(options);
@@ -359,6 +362,7 @@ void add_film(CLI::App& app) {
         ->check(between(1e-3, 1e6));
     number_option("--azimuth", picture.azimuth,
                   "direction of view about z, deg: 0 along x, 180 facing the robot", "DEG")
+        ->check(between(-1e6, 1e6))
         ->capture_default_str();
     number_option("--elevation", picture.elevation, "deg; below 0 the camera looks down", "DEG")
         ->check(between(-90.0, 90.0))
@@ -367,7 +371,8 @@ void add_film(CLI::App& app) {
         "--look-at", picture.look_at_height,
         "height of the point looked at, m; otherwise that of what is followed, or the middle of all "
         "that moves",
-        "M");
+        "M")
+        ->check(between(-1e6, 1e6));
     command->add_flag_callback(
         "--no-follow", [&picture] { picture.follows = false; },
         "the camera stays where it is when the base moves");

@@ -1,7 +1,6 @@
 #include "robots.hpp"
 
 #include "bf/engine/simulation.hpp"
-#include "bf/physics/figure.hpp"
 #include "bf/toolbox/shared_world.hpp"
 #include "bf/toolbox/simulated_robot.hpp"
 
@@ -66,6 +65,10 @@ std::vector<std::pair<std::string, const physics::Scene*>> shared_worlds_of(cons
     return worlds;
 }
 
+bool has_world(const Diagram& diagram) {
+    return !worlds_of(diagram).empty() || !shared_worlds_of(diagram).empty();
+}
+
 std::vector<std::pair<std::string, const toolbox::ContactSensor*>> contact_sensors_of(
     const Diagram& diagram, const physics::Scene& scene) {
     std::vector<std::pair<std::string, const toolbox::ContactSensor*>> sensors;
@@ -75,13 +78,6 @@ std::vector<std::pair<std::string, const toolbox::ContactSensor*>> contact_senso
             sensors.emplace_back(node.path, sensor);
     }
     return sensors;
-}
-
-std::optional<physics::ContactForce> axial_force(const Eigen::Vector3d& point,
-                                                 const physics::Vector6d& wrench) {
-    const Eigen::Vector3d force = wrench.head<3>(), moment = wrench.tail<3>();
-    if (!(force.norm() >= 1)) return {};
-    return physics::ContactForce{point + force.cross(moment) / force.squaredNorm(), force};
 }
 
 } // namespace bf::tools

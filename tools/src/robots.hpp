@@ -4,9 +4,7 @@
 #include "bf/core/resolution.hpp"
 #include "bf/elaborate/diagram.hpp"
 
-#include <Eigen/Core>
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -14,8 +12,6 @@
 namespace bf::physics {
 class Scene;
 class World;
-struct ContactForce;
-using Vector6d = Eigen::Matrix<double, 6, 1>;
 } // namespace bf::physics
 namespace bf::toolbox {
 class ContactSensor;
@@ -46,13 +42,11 @@ std::vector<RunningRobot> robots_of(const Simulation& simulation);
 /// Those that several robots share.
 std::vector<std::pair<std::string, const physics::Scene*>> shared_worlds_of(const Diagram& diagram);
 
+/// Is there any of them, that is, something to look at?
+bool has_world(const Diagram& diagram);
+
 /// The sensors of contacts on what moves in a Scene, with the paths of their blocks.
 std::vector<std::pair<std::string, const toolbox::ContactSensor*>> contact_sensors_of(
     const Diagram& diagram, const physics::Scene& scene);
-
-/// A force of at least 1 N at the point of the wrench's axis that is nearest to the point that the wrench (N,
-/// Nm) refers to: origin = point + force x moment / |force|². Source: L. Poinsot, Éléments de statique, 1803.
-std::optional<physics::ContactForce> axial_force(const Eigen::Vector3d& point,
-                                                 const physics::Vector6d& wrench);
 
 } // namespace bf::tools

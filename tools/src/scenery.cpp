@@ -123,10 +123,10 @@ class SharedScenery final : public service::Scenery {
             const Eigen::Vector3d in_body = sensors_[i].pose.topRightCorner<3, 1>();
             const Eigen::Vector3d origin = Eigen::Map<const Eigen::Vector3d>(pose.data()) +
                                            Eigen::Quaterniond(pose[3], pose[4], pose[5], pose[6]) * in_body;
-            write_contact(wrenches_[i]
-                              ? axial_force(origin, Eigen::Map<const physics::Vector6d>(wrenches_[i]))
-                              : std::nullopt,
-                          values);
+            write_contact(
+                wrenches_[i] ? physics::axial_force(origin, Eigen::Map<const physics::Vector6d>(wrenches_[i]))
+                             : std::nullopt,
+                values);
         }
         write_com(*figure_, values);
     }

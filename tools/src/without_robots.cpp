@@ -7,6 +7,8 @@ namespace bf::tools {
 
 std::filesystem::path urdf_of(const Resolution&) { return {}; }
 
+bool has_world(const Diagram&) { return false; }
+
 service::MakeSceneries scenery_maker() { return {}; }
 
 namespace {

@@ -345,8 +345,21 @@ record: [world.*]
     const auto late = bf("film run.mcap -o late.mp4 --from 7");
     EXPECT_EQ(late.code, 1);
     EXPECT_CONTAINS(late.err, "--from 7 is after the end");
+    EXPECT_CONTAINS(bf("film run.mcap --picture no.png --from 7").err, "--from 7 is after the end");
+    EXPECT_CONTAINS(bf("film run.mcap -o no.mp4 --at 0.1").err, "--at is the instant of a picture");
+    for (const std::string option : {"--azimuth NaN", "--look-at NaN", "--look-at Inf", "--azimuth -Inf"}) {
+        const auto outside = bf("film run.mcap --picture no.png " + option);
+        EXPECT_EQ(outside.code, 2) << option;
+        EXPECT_CONTAINS(outside.err, option.substr(0, option.find(' ')));
+    }
+    EXPECT_FALSE(exists("no.png"));
     bf("run sine.yaml --record sine.mcap");
     EXPECT_CONTAINS(bf("film sine.mcap -o other.mp4").err, "sine has no MujocoWorld or World block");
+    for (const std::string file : {"sine.mcap", "sine.yaml"}) {
+        const auto seen = bf("view --no-browser " + file, "timeout 60");
+        EXPECT_EQ(seen.code, 1) << file;
+        EXPECT_CONTAINS(seen.err, "has no MujocoWorld or World block: there is nothing to look at");
+    }
     std::string less = read("robot.yaml");
     write("less.yaml", less.replace(less.find("world.*"), 7, "world.s"));
     bf("run less.yaml --record less.mcap");
@@ -374,6 +387,18 @@ TEST_F(Verbs, TuneWritesTheGainsOfTheRobotThatIsMeant) {
     const std::string text = read("tuned.xml"), before = head + left + " position_gains=\"";
     ASSERT_EQ(text.substr(0, before.size()), before);
     EXPECT_EQ(text.substr(text.find('"', before.size())), "\"" + rest);
+
+    const auto on_its_stop = bf("tune world.xml --robot left --pose 0,-0.6,0 -o stop.xml");
+    EXPECT_EQ(on_its_stop.code, 1);
+    EXPECT_CONTAINS(on_its_stop.err, "joint 'bend' ");
+    EXPECT_FALSE(exists("stop.xml"));
+    EXPECT_CONTAINS(bf("tune world.xml --robot left --frequency 1e-9").err,
+                    "--frequency 1e-9 is no NUMBER and no JOINT=NUMBER of 0.1 rad/s or more");
+    EXPECT_CONTAINS(bf("tune world.xml --robot left --integral 1e-9").err,
+                    "integral is 1e-09; it must be 0, or 0.01 to 1");
+    for (const std::string option : {"--params nofile", "--set a=1"})
+        EXPECT_CONTAINS(bf("tune world.xml --robot left " + option).err,
+                        "--set and --params change what a model says, but world.xml is the file of a World");
 }
 
 } // namespace

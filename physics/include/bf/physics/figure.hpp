@@ -31,12 +31,16 @@ struct Shape {
     std::array<float, 4> colour{}; ///< red, green, blue, opacity, 0 to 1
 };
 
-/// A force of the floor on a foot, where all of it may be taken to act (m, N, world axes).
+/// A force of a contact, where all of it may be taken to act (m, N, world axes); below 1 N there is none.
 struct ContactForce {
     Eigen::Vector3d origin, force;
 };
+/// At the point of the wrench's axis that is nearest to the point that the wrench (N, Nm) refers to:
+/// origin = point + force x moment / |force|². Source: L. Poinsot, Éléments de statique, 1803.
+std::optional<ContactForce> axial_force(const Eigen::Vector3d& point, const Vector6d& wrench);
 /// At the centre of pressure x = -m_y/f_z, y = m_x/f_z in sole axes, from the pose of a foot and the wrench
-/// of the floor at its origin in world axes; none where the floor pushes with less than 1 N.
+/// of the floor at its origin in world axes. A frame whose z axis is more than 60 degrees away from the force
+/// is that of no sole: its force is an `axial_force`.
 std::optional<ContactForce> contact_force(const Eigen::Matrix4d& w_H_foot, const Vector6d& wrench);
 
 /// The looks of a World's robot or of a Scene, and where the bodies are. A body is a link, or an object, with

@@ -73,11 +73,12 @@ class Scene {
     /// Number of one of them, from 0. Throws std::runtime_error that lists them.
     int body(const std::string& name) const;
     /// A frame at a pose in one of them, or in a link that is fixed to one; no name: in the world. Throws
-    /// std::runtime_error that lists what moves by itself, or says that the pose is none.
+    /// std::runtime_error that lists them, or says that the pose is none.
     Frame frame(const std::string& name, const Eigen::MatrixXd& pose = Eigen::Matrix4d::Identity()) const;
     /// What the scene does otherwise than the files say.
     const std::vector<std::string>& warnings() const;
-    /// Loops of robots whose gains, as given, are unstable at the period of the loop, by robot and joint.
+    /// Loops of robots whose gains, as given, are unstable at the period of the loop, by robot and joint; and
+    /// that the step of a World is longer than 5 ms.
     const std::vector<std::string>& loop_warnings() const;
 
   private:

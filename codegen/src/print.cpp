@@ -385,9 +385,12 @@ std::string Generator::integration(const Calls& calls) const {
 std::string Generator::readme() const {
     return "# " + escape::markdown(diagram_.name) + "\n\nGenerated from a BlockFactory model. `" + class_ +
            "` in `" + file_ + ".hpp` is the model: write `inputs`, call `step()`\nevery " +
-           literal(diagram_.step, Type::float64) +
-           " s, read `outputs`. It needs a C++17 compiler and nothing else; `include/` holds the used "
-           "kernels.\n`blocks.md` says which lines each block became.\n\n"
+           literal(diagram_.step, Type::float64) + " s, read `outputs`. It needs " +
+           (has_hosted()
+                ? "a C++20 compiler and the installed BlockFactory, with the plugins whose blocks it "
+                  "makes"
+                : "a C++17 compiler and nothing else") +
+           "; `include/` holds the used kernels.\n`blocks.md` says which lines each block became.\n\n"
            "```\ncmake -S . -B build && cmake --build build\n./build/run_" +
            file_ +
            " --help\n```\n\n"

@@ -129,7 +129,7 @@ static std::vector<const BlockClass*> classes_for(const Library& library, const 
         for (const auto& candidate : library.classes()) {
             const auto block = candidate.make({});
             const auto& d = block->declaration();
-            if (d.provisions.size() == 1 && d.provisions[0].type == requirement.type && d.slots.empty())
+            if (!d.provisions.empty() && d.provisions[0].type == requirement.type && d.slots.empty())
                 provider = &candidate;
         }
         if (!provider)

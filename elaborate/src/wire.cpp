@@ -147,7 +147,9 @@ class Wiring {
         if (end.port.empty() && ports.all.size() == 1) return ports.all.front().index;
         if (const auto found = ports.indices.find(end.port); found != ports.indices.end())
             return found->second;
-        const auto list = [&] { return name_list(ports.names()); };
+        const auto list = [&] {
+            return name_list(ports.all, [](const NamedPort& port) { return std::string(port.name); });
+        };
         const std::string path = inside(scope, end.block);
         if (!end.port.empty()) {
             auto meant = e_.report.meant(
@@ -601,8 +603,7 @@ class Wiring {
         return !(one == Unit()) && !(other == Unit()) && !one.agrees_with(other);
     }
 
-    /// Ports of systems say what the signal behind them is measured in. A unit that is no product of known
-    /// ones is a text for people.
+    /// Ports of systems have the unit of the signal behind them. One of unknown units is a text for people.
     void declare_unit(const model::Port& port, const std::string& path, const Node::End& end) {
         if (port.unit.empty() || end.node < 0) return;
         Unit unit;
@@ -678,8 +679,7 @@ class Wiring {
     std::vector<std::vector<Driver>> node_drivers_;         ///< per slot of each block
     std::map<std::tuple<const Scope*, int, int, Role>, NamedPorts> named_ports_; ///< scope, node, bus, side
     std::unordered_set<int> misspelled_; ///< blocks of which a connection names an input that is not there
-    std::pair<const Scope*, std::size_t>
-        open_; ///< the input of a subsystem at which the last `resolve` ended
+    std::pair<const Scope*, std::size_t> open_; ///< a subsystem's input at which `resolve` ended last
     std::unordered_set<const Driver*> reported_;
     /// By signal, the first port that declares one: its path and unit.
     std::map<std::pair<int, int>, std::pair<std::string, Unit>> port_units_;

@@ -218,7 +218,7 @@ TEST_F(BadInput, PluginThatCannotBeLoaded) {
     const auto doctor = bf("doctor", environment);
     EXPECT_EQ(doctor.code, 1);
     EXPECT_CONTAINS(doctor.out, "plugin       NO   ");
-    EXPECT_EQ(nlohmann::json::parse(bf("doctor --json", environment).out)["plugins"].size(), 3u);
+    EXPECT_EQ(nlohmann::json::parse(bf("doctor --json", environment).out)["plugins"].size(), 5u);
     const auto describe = bf("describe", environment);
     EXPECT_EQ(describe.code, 0);
     EXPECT_CONTAINS(describe.err, "left out: plugin ");

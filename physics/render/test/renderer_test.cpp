@@ -255,7 +255,7 @@ TEST(Renderer, DrawsAScene) {
     const Eigen::Vector3d at = with_ball.position(scene.frame("ball"));
     EXPECT_EQ(at, Eigen::Vector3d(5, 2, 0.3));
     EXPECT_EQ(message_of([&] { Renderer renderer(scene, {.followed = "bull"}); }),
-              "the world has no body 'bull'; did you mean 'ball'? there are: robot/box, ball");
+              "the world has no body 'bull'; did you mean 'ball'? there are: robot/box, ball, robot/world");
     EXPECT_GT(difference(drawn(still, {.centres = {{0, 0, 0.05}}}), drawn(still)), 0.0002);
     EXPECT_GT(difference(drawn(still, {.lines = {{.points = {{0, 0, 0.3}, {0, 1, 0.3}}}}}), drawn(still)),
               0.001);

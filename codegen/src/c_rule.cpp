@@ -18,11 +18,11 @@ constexpr int most_elements = 400;
 constexpr std::size_t most_terms = 200000, most_lines = 600, smallest_shared = 3;
 
 /// The statements of one run over all targets of a kernel.
-class Statements {
+class RuleStatements {
   public:
     /// With `loop` ≥ 0 elements of that index are written as [i].
-    Statements(const std::vector<Argument>& arguments, const Traced& traced, int loop,
-               const std::string& prefix)
+    RuleStatements(const std::vector<Argument>& arguments, const Traced& traced, int loop,
+                   const std::string& prefix)
         : arguments_(arguments), traced_(traced), print_(arguments, loop, prefix, names_, functions) {}
 
     /// False where an assignment would convert.
@@ -105,7 +105,7 @@ std::optional<CRule> all_at_once(std::string_view kernel, const std::vector<Argu
     if (elements > most_elements) return {};
     const auto traced = trace(kernel, arguments, list_from, list_size, most_terms);
     if (!traced) return {};
-    Statements all(arguments, *traced, -1, prefix);
+    RuleStatements all(arguments, *traced, -1, prefix);
     if (!all.make() || all.lines.size() > most_lines) return {};
     CRule rule{std::move(all.lines), std::move(all.functions), failure_of(kernel)};
     if (all.has_names()) {
@@ -142,7 +142,7 @@ std::optional<CRule> each_element(std::string_view kernel, const std::vector<Arg
         // A vector keeps its [ ]; its element 0 here is its element e there.
         const auto traced = trace(kernel, one, list_from, list_size, most_terms);
         if (!traced) return {};
-        Statements in_loop(one, *traced, 0, prefix);
+        RuleStatements in_loop(one, *traced, 0, prefix);
         if (!in_loop.make()) return {};
         is_uniform = is_uniform && (e == 0 || in_loop.lines == loop.lines);
         if (e == 0) loop = {in_loop.lines, in_loop.functions, failure_of(kernel)};
@@ -151,7 +151,7 @@ std::optional<CRule> each_element(std::string_view kernel, const std::vector<Arg
                 a.text += "[" + number(e) + "]";
                 a.is_array = false;
             }
-        Statements plain(one, *traced, -1, prefix);
+        RuleStatements plain(one, *traced, -1, prefix);
         plain.make();
         if (plain.has_names()) unrolled.lines.push_back("{");
         for (const auto& line : plain.lines)

@@ -10,11 +10,11 @@ struct Sensor {};
 /// A device with an output of a unit, and inputs of several kinds of units.
 struct Lens : Block {
     using Block::Block;
-    Input<double> torque{this, "torque", {.unit = "N m", .doc = "what to do"}};
-    Output<Matrix> seen{this, "seen", {.shape = {2, 3}, .unit = "m", .doc = "what it sees"}};
-    Output<std::int16_t> count{this, "count", {.unit = "1"}};
+    Input<double> torque{this, "torque", {.unit = {"N m"}, .doc = "what to do"}};
+    Output<Matrix> seen{this, "seen", {.shape = {2, 3}, .unit = {"m"}, .doc = "what it sees"}};
+    Output<std::int16_t> count{this, "count", {.unit = {"1"}}};
     Output<double> any{this, "any", {.unit = any_unit}};
-    Parameter<Vector> gains{this, "gains", {.shape = {3}, .initial = {1, 2, 3}, .unit = "rad/s"}};
+    Parameter<Vector> gains{this, "gains", {.shape = {3}, .initial = {1, 2, 3}, .unit = {"rad/s"}}};
     DiscreteState<double> x{this, "x"};
     OutsideState<Sensor> camera{this, [] { return std::make_shared<Sensor>(); }};
     Status update(Now, Next) const noexcept override { return ok; }

@@ -84,10 +84,14 @@ int Simulation::Machine::emit(Op op, int a, int b, bool expected) {
     return static_cast<int>(code_.size()) - 1;
 }
 
+/// Was that emitted last, and is what follows reached from there alone?
+bool Simulation::Machine::goes_on(Op op) const {
+    return landed_ < static_cast<int>(code_.size()) && code_.back().op == op;
+}
+
 /// Goes on with what was emitted last, where that ends at a.
 void Simulation::Machine::emit_range(Op op, std::size_t a, std::size_t b) {
-    const bool is_reached_alone = landed_ < static_cast<int>(code_.size());
-    if (is_reached_alone && code_.back().op == op && code_.back().b == static_cast<int>(a))
+    if (goes_on(op) && code_.back().b == static_cast<int>(a))
         code_.back().b = static_cast<int>(b);
     else
         emit(op, static_cast<int>(a), static_cast<int>(b));
@@ -190,8 +194,7 @@ void Simulation::Machine::emit_task(const Statement& s) {
     const auto moves = context_.moves(tasks_.back(), s.node, s.phase, s.index);
     if (moves.empty()) return emit_range(Op::tasks, tasks_.size() - 1, tasks_.size());
     for (const auto& move : moves) {
-        const bool goes_on = landed_ < static_cast<int>(code_.size()) && code_.back().op == Op::moves;
-        if (goes_on && join(moves_.back(), move)) continue;
+        if (goes_on(Op::moves) && join(moves_.back(), move)) continue;
         moves_.push_back(move);
         emit_range(Op::moves, moves_.size() - 1, moves_.size());
     }
@@ -210,8 +213,7 @@ void Simulation::Machine::emit_commits(const Statement& s) {
                           static_cast<const std::byte*>(context_.next_data(s.node, slot)),
                           static_cast<std::size_t>(slots[i].size.count() * bytes(slots[i].type)),
                           slots[i].type == Type::float64, s.failure};
-        const bool goes_on = landed_ < static_cast<int>(code_.size()) && code_.back().op == Op::commits;
-        if (goes_on) {
+        if (goes_on(Op::commits)) {
             auto& before = commits_.back();
             if (before.is_double == next.is_double && before.to + before.bytes == next.to &&
                 before.from + before.bytes == next.from) {

@@ -124,6 +124,7 @@ class Simulation::Machine {
     void emit(const program::Statements& statements, program::Pass pass);
     void emit(const program::Statement& statement, program::Pass pass);
     int emit(Op op, int a = 0, int b = 0, bool expected = true);
+    bool goes_on(Op op) const;
     void emit_range(Op op, std::size_t a, std::size_t b);
     std::vector<int> emit_tests(const std::vector<program::Literal>& when); ///< their jumps
     void land(const std::vector<int>& jumps);                               ///< here

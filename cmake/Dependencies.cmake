@@ -50,9 +50,12 @@ if(BF_SUNDIALS)
 endif()
 if(BF_ROBOTS OR BF_FMI)
     find_package(tinyxml2 REQUIRED)
+    # _FILE_OFFSET_BITS=64 is what processors of 64 bits have anyway; as an option it keeps precompiled headers out.
+    set_target_properties(tinyxml2::tinyxml2 PROPERTIES INTERFACE_COMPILE_DEFINITIONS TINYXML2_IMPORT)
 endif()
 if(BF_FMI)
     pkg_check_modules(minizip REQUIRED IMPORTED_TARGET minizip)
+    set_target_properties(PkgConfig::minizip PROPERTIES INTERFACE_COMPILE_OPTIONS "") # the same
 endif()
 if(BF_ROBOTS)
     find_package(pinocchio 4.1 REQUIRED)

@@ -33,7 +33,7 @@ std::string single_text(double x) {
     return std::isfinite(x) && back && static_cast<float>(*back) == x ? text : number_text(x);
 }
 
-std::string quoted(std::string_view text) {
+std::string in_quotes(std::string_view text) {
     const bool plain = std::ranges::all_of(text, [](unsigned char c) { return c >= ' '; });
     std::string out = plain ? "'" : "['";
     for (const unsigned char c : text) {
@@ -55,7 +55,7 @@ std::string char_text(const Value& value) {
     for (Index i = 0; i < value.rows(); ++i) {
         std::string row;
         for (Index j = 0; j < value.cols(); ++j) row += static_cast<char>(value[i + j * value.rows()]);
-        out += (i > 0 ? "; " : "") + quoted(row);
+        out += (i > 0 ? "; " : "") + in_quotes(row);
     }
     return value.rows() == 1 ? out : "[" + out + "]";
 }

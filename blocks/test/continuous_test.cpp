@@ -103,6 +103,16 @@ TEST(StateSpace, BreaksLoopsWithoutFeedthrough) {
     EXPECT_NEAR(y(1), std::cos(1), 1e-9);
 }
 
+TEST(StateSpace, OfFirstOrderHasNumbersForMatrices) {
+    const Trajectory y(
+        diagram(0.01, "rk4",
+                "  u: {block: Constant, value: 3}\n  p: {block: StateSpace, A: -2, B: 4, C: 0.5}\n"
+                "  e: {block: Terminator}\n",
+                "u: p, p: e"),
+        "p", 1);
+    EXPECT_NEAR(y(1), 3 * (1 - std::exp(-2)), 1e-8); // y + y'/2 = u
+}
+
 TEST(FilteredDerivative, LagsTheSlope) {
     const Trajectory y(diagram(0.001, "rk4",
                                "  t: {block: Clock}\n  d: {block: FilteredDerivative, time_constant: 0.1}\n",

@@ -42,30 +42,30 @@ void Instance::settle() {
     settle_types(*block_);
 }
 
-void Instance::require_resolved() const {
+bool Instance::is_connected(int i, const Connects& connects) const {
+    return slot(i).role == Role::input && (!slot(i).optional || (connects && connects(i)));
+}
+
+void Instance::require_resolved(const Connects& connects) const {
     for (const int i : unresolved(resolution()))
         throw ResolutionError("the size of " + std::string(name(slot(i).role)) + " '" + slot(i).name +
                               "' cannot be found from the wiring; connect the block, or give a parameter of "
                               "the wanted size");
-    for (const Slot& s : resolution().slots)
-        if (s.role == Role::parameter && s.initial.size() > 1 &&
-            static_cast<int>(s.initial.size()) != s.size.count())
-            throw ResolutionError("parameter '" + s.name + "' must have " + std::to_string(s.size.count()) +
-                                  " elements, not " + std::to_string(s.initial.size()));
     for (int i = 0; i < static_cast<int>(resolution().slots.size()); ++i)
-        if (const auto wrong = below_another(resolution(), i); !wrong.empty()) throw ResolutionError(wrong);
+        for (const auto& wrong :
+             {wrong_size(slot(i), is_connected(i, connects)), below_another(resolution(), i)})
+            if (!wrong.empty()) throw ResolutionError(wrong);
 }
 
-void Instance::open(const std::function<bool(int)>& connects) {
+void Instance::open(const Connects& connects) {
     propagate(*block_);
-    require_resolved();
+    require_resolved(connects);
     provide(*block_);
     tasks_ = {};
     context_ = std::make_unique<Context>(
         std::vector<Node>{{block_.get(), type_.methods, {}, {}, 0, borrowed_, shared_}});
     for (int i = 0; i < static_cast<int>(resolution().slots.size()); ++i)
-        if (slot(i).role == Role::input && (!slot(i).optional || (connects && connects(i))))
-            context_->use_memory(0, i, {data(i), nullptr, nullptr, true});
+        if (is_connected(i, connects)) context_->use_memory(0, i, {data(i), nullptr, nullptr, true});
     for (const Phase phase : phases)
         for (int i = 0; i < context_->activities(0, phase); ++i)
             tasks_[static_cast<std::size_t>(phase)].push_back(context_->task(0, phase, i));

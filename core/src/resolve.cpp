@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <limits>
 
 namespace bf {
 
@@ -169,6 +171,17 @@ std::string outside_limits(const Slot& slot, const std::vector<double>& values, 
     return wrong.empty() ? wrong : "parameter '" + (path.empty() ? slot.name : path) + "' " + wrong;
 }
 
+std::string wrong_size(const Slot& slot, bool is_connected) {
+    const auto elements = std::int64_t{slot.size.rows} * slot.size.cols;
+    if (elements > std::numeric_limits<int>::max())
+        return label(slot) + " is " + slot.size.text() + ", more elements than can be counted";
+    const auto given = static_cast<std::int64_t>(slot.initial.size());
+    if (given <= 1 || given == elements || is_connected) return "";
+    const char* const whose = slot.role == Role::parameter ? "" : "the initial value of ";
+    return whose + label(slot) + " has " + std::to_string(given) + " elements, but needs " +
+           std::to_string(elements);
+}
+
 std::string below_another(const Resolution& r, int parameter) {
     const auto value = [&](int slot, int i) {
         const auto& values = r.slots[static_cast<std::size_t>(slot)].initial;
@@ -187,12 +200,16 @@ std::string outside_remedy(const Slot& slot) {
            ": give a value of that type, or convert the signals before the block with a Convert block";
 }
 
+Size size_of_value(const Slot& slot) {
+    return {std::max(1, static_cast<int>(slot.initial.size())), 1, slot.shape.is_matrix};
+}
+
 void give_defaults(Resolution& r) {
     for (std::size_t i = 0; i < r.slots.size(); ++i) {
         const Slot& slot = r.slots[i];
         if (slot.role != Role::parameter || !has_own_shape(r, slot)) continue;
         if (!r.shapes[static_cast<std::size_t>(slot.shape.symbol)])
-            offer(r, static_cast<int>(i), Size{std::max(static_cast<int>(slot.initial.size()), 1), 1, false});
+            offer(r, static_cast<int>(i), size_of_value(slot));
     }
 }
 
@@ -252,7 +269,7 @@ void settle_sizes(Block& block) {
     propagate(block);
     for (std::size_t i = 0; i < r.slots.size(); ++i)
         if (const Slot& slot = r.slots[i]; slot.role == Role::parameter || slot.optional)
-            decide(i, {std::max(1, static_cast<int>(slot.initial.size())), 1, slot.shape.is_matrix});
+            decide(i, size_of_value(slot));
     for (const Slot& state : r.slots)
         if (!state.size_known && state.initial_from >= 0)
             for (const int input : sized_by_initial(r, state))

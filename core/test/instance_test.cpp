@@ -30,6 +30,15 @@ struct Ramp : Block {
     }
 };
 
+/// What it starts from has two elements, so that it fits where n is 2.
+struct Pair : Block {
+    using Block::Block;
+    Dim n{this, "n"};
+    Input<Vector> u{this, "u", {.shape = {n}}};
+    Input<Vector> v{this, "v", {.shape = {n}, .initial = {5, 6}, .optional = true}};
+    DiscreteState<Vector> x{this, "x", {.shape = {n}, .initial = {3, 4}}};
+};
+
 struct Counter {
     int value = 0;
 };
@@ -152,6 +161,28 @@ TEST(Instance, RefusesWrongValuesByName) {
     EXPECT_TRUE(refusal_of([&] {
                     ramp.give(x0, Value(Matrix(Matrix::Ones(2, 1))));
                 }).starts_with("parameter 'x0' does not fit: "));
+}
+
+TEST(Instance, RefusesInitialValuesOfAnotherSize) {
+    const BlockClass type = class_of<Pair>("Pair");
+    const auto opened = [&](int n, bool connects) {
+        Instance pair(type, {});
+        pair.wire(pair.resolution().find("u"), Size{n, 1, false});
+        return refusal_of([&] { pair.open([&](int) { return connects; }); });
+    };
+    EXPECT_EQ(opened(2, false), "");
+    EXPECT_EQ(opened(3, false), "the initial value of input 'v' has 2 elements, but needs 3");
+    EXPECT_EQ(opened(3, true), "the initial value of discrete state 'x' has 2 elements, but needs 3");
+}
+
+TEST(Instance, RefusesMoreElementsThanCanBeCounted) {
+    Slot matrix;
+    matrix.name = "M";
+    matrix.role = Role::output;
+    matrix.size = {100'000, 100'000, true};
+    EXPECT_EQ(wrong_size(matrix, false), "output 'M' is 100000x100000, more elements than can be counted");
+    matrix.size.cols = 20'000;
+    EXPECT_EQ(wrong_size(matrix, false), "");
 }
 
 TEST(Instance, KnowsHowManyBytesAQuantityHas) {

@@ -65,6 +65,11 @@ class Spreading {
                     decide(n, i, Size{});
             });
         }
+        // What no signal tells: the matrices of a system of first order may be written as numbers.
+        for_each_slot([&](int n, int i, const Slot& slot) {
+            if (is_right && e_.report.is_empty() && !slot.size_known && slot.role == Role::parameter)
+                decide(n, i, size_of_value(slot));
+        });
         for (std::size_t n = 0; n < queued_.size(); ++n) report_open(static_cast<int>(n));
         for (std::size_t n = 0; n < queued_.size(); ++n) report_crossed(static_cast<int>(n));
         if (e_.report.is_empty())
@@ -299,12 +304,12 @@ class Spreading {
                                   remedy.empty() ? std::vector<model::Fix>()
                                                  : converted(n, slot.type_symbol));
                 }
-            if (slot.role == Role::parameter && slot.initial.size() > 1 &&
-                static_cast<int>(slot.initial.size()) != count)
-                e_.report.add(e_.node(n).where, e_.node(n).path,
-                              "parameter '" + slot.name + "' has " + std::to_string(slot.initial.size()) +
-                                  " elements, but needs " + std::to_string(count),
-                              "give one element or " + std::to_string(count));
+            const auto& sources = e_.node(n).sources;
+            const bool is_connected = slot.role == Role::input && i < sources.size() && sources[i].node >= 0;
+            if (const auto wrong = wrong_size(slot, is_connected); !wrong.empty())
+                e_.report.add(e_.node(n).where, e_.node(n).path, wrong,
+                              slot.initial.size() > 1 ? "give one element or " + std::to_string(count)
+                                                      : "give it less");
             if (slot.initial_from >= 0) {
                 const Slot& from = r.slots[static_cast<std::size_t>(slot.initial_from)];
                 if (from.size.count() != 1 && from.size.count() != count)

@@ -43,11 +43,13 @@ class Instance {
     }
     /// Decides what is still open (resolve.hpp).
     void settle();
-    /// Throws where a size is unknown, or a parameter has another number of elements.
-    void require_resolved() const;
+    /// Whether an optional input is wired; none: no one is.
+    using Connects = std::function<bool(int)>;
+    /// Throws where a size is unknown, or a value has another number of elements.
+    void require_resolved(const Connects& connects = {}) const;
 
-    /// Allocates everything and opens the resources. `connects` says whether an optional input is wired.
-    void open(const std::function<bool(int)>& connects = {});
+    /// Allocates everything and opens the resources.
+    void open(const Connects& connects = {});
     bool is_open() const { return context_ != nullptr; }
 
     void start(); ///< opens what the block needs outside, which the destructor closes
@@ -66,6 +68,8 @@ class Instance {
     Context& context() { return *context_; }
 
   private:
+    bool is_connected(int slot, const Connects& connects) const;
+
     const BlockClass& type_;
     std::unique_ptr<Block> block_;
     std::vector<std::function<Object()>> borrowed_, shared_;

@@ -30,6 +30,10 @@ void give(Resolution& resolution, int index, const Value& value);
 /// "parameter 'T' must be greater than 0, but is -1". Empty: nothing is. No value is rounded to an integer,
 /// and no parameter is NaN. `path` is how it is called, the slot's name if empty.
 std::string outside_limits(const Slot& slot, const std::vector<double>& values, const std::string& path = {});
+/// What is wrong with the size of a slot that is resolved: it has more elements than can be counted, or its
+/// initial value, which an input has as long as it is not connected, has another number of them. Empty:
+/// nothing is.
+std::string wrong_size(const Slot& slot, bool is_connected);
 /// Is an element of a parameter below the other parameter that it must be at least? Then writes what is
 /// wrong. `value(slot, i)` is element i of a parameter of the block, `path` what the parameter is called.
 /// Nothing allocates.
@@ -49,6 +53,9 @@ std::string below_another(const Resolution& r, int parameter);
 /// helps.
 std::string outside_remedy(const Slot& slot);
 
+/// The size of a parameter, or of an input that may stay unconnected, where nothing else decides: as many
+/// elements as its value.
+Size size_of_value(const Slot& slot);
 /// Parameters that alone decide their size and were not given have the size of their default.
 void give_defaults(Resolution& resolution);
 

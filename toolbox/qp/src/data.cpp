@@ -1,7 +1,9 @@
 #include "data.hpp"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <stdexcept>
 
@@ -10,62 +12,83 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-/// dst = src or, when absent, `fallback`.
-void copy_bound(const Problem::Vector& src, double fallback, Eigen::Ref<Eigen::VectorXd> dst) noexcept {
-    if (src.size() == 0) {
-        dst.setConstant(fallback);
-    } else {
-        dst = src;
-    }
+/// To `to` goes `from` or, when absent, `fallback`.
+inline void copy_bound(const Problem::Vector& from, double fallback, double* to, Eigen::Index size) noexcept {
+    if (from.size() == 0)
+        std::fill_n(to, size, fallback);
+    else
+        std::copy_n(from.data(), size, to);
 }
 
-/// Copies the symmetric part of H; returns 0, or NaN if an entry is not finite (0 · inf = NaN).
+/// Two numbers as a register holds them. Sums have several, as each addition waits for the one before it.
+using Pair = double __attribute__((vector_size(16)));
+Pair load(const double* from) noexcept {
+    Pair pair;
+    std::memcpy(&pair, from, sizeof pair);
+    return pair;
+}
+void store(Pair pair, double* to) noexcept { std::memcpy(to, &pair, sizeof pair); }
+double sum(Pair pair) noexcept { return pair[0] + pair[1]; }
+
+/// Copies the symmetric part of H, two rows and columns at a time; returns a sum of all that it wrote above
+/// the diagonal, which is finite only if all entries are.
 double copy_symmetric(const Problem::Matrix& from, Data::RowMajor& to) noexcept {
-    const auto n = to.rows();
-    double check = 0.0;
-    for (Eigen::Index j = 0; j < n; ++j) {
-        double column = 0.0;
-        for (Eigen::Index i = 0; i <= j; ++i) {
-            const double mean = 0.5 * (from(i, j) + from(j, i));
-            to(i, j) = mean;
-            to(j, i) = mean;
-            column += 0.0 * mean;
+    const auto n = to.rows(), even = n - n % 2, stride = from.outerStride();
+    Pair all{};
+    for (Eigen::Index j = 0; j < even; j += 2)
+        for (Eigen::Index i = 0; i <= j; i += 2) {
+            const double *above = from.data() + i + j * stride, *below = from.data() + j + i * stride;
+            const Pair first{above[0], above[stride]}, second{above[1], above[1 + stride]};
+            const Pair mean0 = 0.5 * (first + load(below)), mean1 = 0.5 * (second + load(below + stride));
+            all += mean0 + mean1;
+            double *out = to.data() + i * n + j, *mirrored = to.data() + j * n + i;
+            store(mean0, out);
+            store(mean1, out + n);
+            store(Pair{mean0[0], mean1[0]}, mirrored);
+            store(Pair{mean0[1], mean1[1]}, mirrored + n);
         }
-        check += column;
-    }
-    return check;
+    double last = 0.0;
+    for (Eigen::Index i = 0; even < n && i < n; ++i)
+        last += to(even, i) = to(i, even) = 0.5 * (from(i, even) + from(even, i));
+    return sum(all) + last;
 }
 
-/// Copies a column-major matrix into a row-major one, four columns at a time; returns 0 or NaN as above.
+/// Copies a column-major matrix into a row-major one, four columns at a time; returns a sum as above.
 double copy_transposed(const Problem::Matrix& from, Data::RowMajor& to) noexcept {
-    const auto rows = to.rows();
-    const auto columns = to.cols();
-    double c0 = 0.0, c1 = 0.0, c2 = 0.0, c3 = 0.0;
+    const auto rows = to.rows(), columns = to.cols(), stride = from.outerStride();
+    Pair all[4] = {};
+    double last = 0.0;
     Eigen::Index j = 0;
     for (; j + 4 <= columns; j += 4) {
-        const double* a0 = &from.coeffRef(0, j);
-        const double* a1 = a0 + from.outerStride();
-        const double* a2 = a1 + from.outerStride();
-        const double* a3 = a2 + from.outerStride();
+        const double *a0 = from.data() + j * stride, *a1 = a0 + stride, *a2 = a1 + stride, *a3 = a2 + stride;
         double* row = to.data() + j;
-        for (Eigen::Index i = 0; i < rows; ++i, row += columns) {
-            row[0] = a0[i];
-            row[1] = a1[i];
-            row[2] = a2[i];
-            row[3] = a3[i];
-            c0 += 0.0 * a0[i];
-            c1 += 0.0 * a1[i];
-            c2 += 0.0 * a2[i];
-            c3 += 0.0 * a3[i];
+        const auto copy = [&](Eigen::Index i, Pair& left_sum, Pair& right_sum) {
+            const Pair left{a0[i], a1[i]}, right{a2[i], a3[i]};
+            store(left, row);
+            store(right, row + 2);
+            left_sum += left;
+            right_sum += right;
+            row += columns;
+        };
+        Eigen::Index i = 0;
+        for (; i + 2 <= rows; i += 2) {
+            copy(i, all[0], all[1]);
+            copy(i + 1, all[2], all[3]);
         }
+        if (i < rows) copy(i, all[0], all[1]);
     }
-    for (; j < columns; ++j) {
-        for (Eigen::Index i = 0; i < rows; ++i) {
-            to(i, j) = from(i, j);
-            c0 += 0.0 * from(i, j);
-        }
-    }
-    return (c0 + c1) + (c2 + c3);
+    for (; j < columns; ++j)
+        for (Eigen::Index i = 0; i < rows; ++i) last += to(i, j) = from(i, j);
+    return sum((all[0] + all[1]) + (all[2] + all[3])) + last;
+}
+
+/// Does every pair of bounds leave a value between them? Not where one is NaN or both are the same infinity.
+bool leave_values(const Eigen::VectorXd& lower, const Eigen::VectorXd& upper, Eigen::Index first,
+                  double tolerance) noexcept {
+    const Pair most{tolerance, tolerance};
+    auto hold = most == most;
+    for (; first + 2 <= lower.size(); first += 2) hold &= load(&lower[first]) - load(&upper[first]) <= most;
+    return hold[0] && hold[1] && (first == lower.size() || lower[first] - upper[first] <= tolerance);
 }
 
 Result fault(Status status, Term term, Eigen::Index row, Eigen::Index column, double value,
@@ -120,20 +143,19 @@ Result Data::load(const Problem& p, Eigen::Index size_of_x) noexcept {
         check += copy_transposed(p.A, A);
     }
     g = p.g;
-    check += 0.0 * g.sum();
+    check += g.sum();
     const bool was_bounded = bounded;
     bounded = p.lb.size() + p.ub.size() > 0;
     if (bounded || was_bounded) {
-        copy_bound(p.lb, -infinity, lower.head(n));
-        copy_bound(p.ub, infinity, upper.head(n));
+        copy_bound(p.lb, -infinity, lower.data(), n);
+        copy_bound(p.ub, infinity, upper.data(), n);
     }
-    copy_bound(p.lbA, -infinity, lower.tail(m));
-    copy_bound(p.ubA, infinity, upper.tail(m));
+    const bool had_lower = has_lower_;
+    has_lower_ = p.lbA.size() > 0;
+    if (has_lower_ || had_lower) copy_bound(p.lbA, -infinity, lower.data() + n, m);
+    copy_bound(p.ubA, infinity, upper.data() + n, m);
 
-    bool sound = check == 0.0;
-    for (int i = bounded ? 0 : n; i < n + m; ++i) {
-        sound &= lower[i] - upper[i] <= tolerance; // false for NaN and for equal infinities too
-    }
+    const bool sound = std::isfinite(check) && leave_values(lower, upper, bounded ? 0 : n, tolerance);
     return sound ? Result{} : find_fault(p);
 }
 

@@ -29,7 +29,8 @@ struct Data {
     bool bounded = false;  // lb or ub is present
 
   private:
-    RowMajor factor_; // n × n
+    RowMajor factor_;        // n × n
+    bool has_lower_ = false; // lbA was present
 
     Result find_fault(const Problem& problem) const noexcept;
     Term wrong_size(const Problem& problem, Eigen::Index size_of_x) const noexcept;

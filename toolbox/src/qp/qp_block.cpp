@@ -70,8 +70,8 @@ class QuadraticProgram : public Block {
                                   vector(lbA), vector(ubA), vector(lb),
                                   vector(ub)};
         auto solution = out[x];
-        solution = at[last];
         const qp::Result result = at[workspace].solve(problem, solution);
+        if (std::isnan(result.objective)) solution = at[last]; // none was written
         out[status] = number(result);
         if (objective.is_present())
             out[objective] = std::isnan(result.objective) ? at[last_objective] : result.objective;
@@ -230,7 +230,11 @@ void add_qp(Library& library) {
             "Errors: those of QP.")
         .add<Osqp>(
             "OSQP",
-            "Quadratic program as QP, solved approximately by OSQP, to its own tolerances of 1e-3. Its "
+            "Quadratic program as QP, solved approximately by OSQP: it ends where violations of constraints "
+            "and "
+            "the gradient of the Lagrangian are below 1e-3, absolute and relative, which says nothing of how "
+            "far "
+            "x is from the solution where the cost is flat. Its "
             "status has the numbers of OSQP, where 1 is solved: what compares with 0, as for QpOases, never "
             "accepts it. It starts from solution and multipliers of the step before. At the iteration limit "
             "x "

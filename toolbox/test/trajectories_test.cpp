@@ -77,6 +77,21 @@ TEST(JointTrajectoryBlock, RestsAtTheTargetWhereItHasNoStart) {
     EXPECT_EQ(run.scalar("way.remaining"), 0);
 }
 
+TEST(JointTrajectoryBlock, NamesOnlyRemediesThatThereAre) {
+    const auto says = [](const std::string& settings) {
+        Running run(joints_move(settings, true, "max_velocity: Inf, max_acceleration: Inf, max_jerk: Inf"));
+        run.set("target", Eigen::Vector2d(1, 1));
+        return run.step() ? "" : run.simulation.failure();
+    };
+    EXPECT_EQ(says(""),
+              "way: the limits allow no time: velocities must be finite, and accelerations too where "
+              "jerks are");
+    EXPECT_EQ(says(", shortest: 1"), says(""));
+    EXPECT_EQ(says(", timing: minimum_jerk"), "way: the limits allow no time, as all are infinite; give one "
+                                              "that is finite, or a shortest time");
+    EXPECT_EQ(says(", timing: minimum_jerk, shortest: 1"), "");
+}
+
 TEST(JointTrajectoryBlock, StopsAtWhatIsNoTarget) {
     Running run(joints_move(""));
     run.set("target", Eigen::Vector2d(1, std::numeric_limits<double>::quiet_NaN()));

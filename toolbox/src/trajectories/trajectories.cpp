@@ -29,8 +29,9 @@ class JointTrajectory final : public Block {
                                           "synchronisation",
                                           {.initial = "time",
                                            .doc = "of time_optimal: all elements arrive at the same time; "
-                                                  "phase: along a straight line, where they "
-                                                  "start on one; none: each as soon as it can",
+                                                  "phase: on the straight line to the target, from rest or "
+                                                  "from a motion along it, otherwise as time; none: each "
+                                                  "as soon as it can",
                                            .choices = {"time", "phase", "none"}}};
 
     Dim n{this, "n"};
@@ -97,9 +98,11 @@ class JointTrajectory final : public Block {
         double t = 0;
         switch (find(at, t)) {
         case Planned::Status::bad_limits:
-            return Status::failure(
-                "the limits allow no time: velocities must be finite, accelerations too where "
-                "jerks are; or give a shortest time");
+            return *timing == "minimum_jerk"
+                       ? Status::failure("the limits allow no time, as all are infinite; give one that is "
+                                         "finite, or a shortest time")
+                       : Status::failure("the limits allow no time: velocities must be finite, and "
+                                         "accelerations too where jerks are");
         case Planned::Status::not_found:
             return Status::failure(
                 "no motion to the target was found; look at a target that is very far away, or "

@@ -11,18 +11,76 @@
 
 namespace bf::trajectory {
 
+namespace {
+
+/// Ruckig, for so many elements.
+class TimeOptimal {
+  public:
+    /// Motions to a target are told from where they are.
+    struct Element {
+        double way, velocity, acceleration, max_velocity, max_acceleration, max_jerk;
+    };
+    std::vector<Element> elements;
+
+    TimeOptimal(std::size_t size, ruckig::Synchronization how)
+        : elements(size), solver_(size), input_(size), output_(size), unit_(size, 1.0), position_(size),
+          velocity_(size), acceleration_(size) {
+        input_.synchronization = how;
+    }
+
+    bool find(double shortest) noexcept {
+        if (shortest > 0.0)
+            input_.minimum_duration = shortest;
+        else
+            input_.minimum_duration.reset();
+        // The solver compares with absolute tolerances, which suit numbers of about one. Each element has
+        // therefore a unit that is a power of two, so that nothing is rounded: first the one in which its
+        // greatest velocity is about one, and where rounding spoils that, larger ones.
+        for (const int larger : {0, 4, 8}) {
+            for (std::size_t i = 0; i < elements.size(); ++i) {
+                const Element& e = elements[i];
+                const double unit = unit_[i] = std::exp2(std::ilogb(e.max_velocity) + larger);
+                input_.current_position[i] = 0.0;
+                input_.current_velocity[i] = e.velocity / unit;
+                input_.current_acceleration[i] = e.acceleration / unit;
+                input_.target_position[i] = e.way / unit;
+                input_.max_velocity[i] = e.max_velocity / unit;
+                input_.max_acceleration[i] = e.max_acceleration / unit;
+                input_.max_jerk[i] = e.max_jerk / unit;
+            }
+            if (solver_.calculate(input_, output_) == ruckig::Result::Working) return true;
+        }
+        return false;
+    }
+
+    double duration() const noexcept { return output_.get_duration(); }
+    void go_to(double t) const noexcept { output_.at_time(t, position_, velocity_, acceleration_); }
+    /// From where it began, at the time that it went to.
+    Motion motion(std::size_t i) const noexcept {
+        return {unit_[i] * position_[i], unit_[i] * velocity_[i], unit_[i] * acceleration_[i]};
+    }
+
+  private:
+    ruckig::Ruckig<ruckig::DynamicDOFs> solver_;
+    ruckig::InputParameter<ruckig::DynamicDOFs> input_;
+    ruckig::Trajectory<ruckig::DynamicDOFs> output_;
+    std::vector<double> unit_; ///< of the positions in the solver
+    mutable std::vector<double> position_, velocity_, acceleration_;
+};
+
+} // namespace
+
 struct JointTrajectory::Content {
     Content(int joints, Timing which, Synchronisation how)
-        : timing(which), size(static_cast<std::size_t>(joints)), quintics(size), brakes(size), rest(joints),
-          solver(size), input(size), output(size), unit(size, 1.0), position(size), velocity(size),
-          acceleration(size) {
-        input.synchronization = how == Synchronisation::phase  ? ruckig::Synchronization::Phase
-                                : how == Synchronisation::none ? ruckig::Synchronization::None
-                                                               : ruckig::Synchronization::Time;
-    }
+        : timing(which), size(static_cast<std::size_t>(joints)), stays_on_line(how == Synchronisation::phase),
+          quintics(size), brakes(size), rest(joints),
+          each(size,
+               how == Synchronisation::none ? ruckig::Synchronization::None : ruckig::Synchronization::Time),
+          line(1, ruckig::Synchronization::None), direction(joints) {}
 
     Timing timing;
     std::size_t size;
+    bool stays_on_line;
     bool is_planned = false;
     Status status = Status::not_finite;
     Question asked;
@@ -30,11 +88,9 @@ struct JointTrajectory::Content {
     std::vector<Quintic> quintics, brakes; ///< those to the target, and before them to rest
     double braking = 0.0;                  ///< s
     Eigen::VectorXd rest;                  ///< where they begin
-    ruckig::Ruckig<ruckig::DynamicDOFs> solver;
-    ruckig::InputParameter<ruckig::DynamicDOFs> input;
-    ruckig::Trajectory<ruckig::DynamicDOFs> output;
-    std::vector<double> unit; ///< of the positions in the solver
-    mutable std::vector<double> position, velocity, acceleration;
+    TimeOptimal each, line;                ///< of all elements, or of the part of `direction`
+    bool is_on_line = false;               ///< the latter
+    Eigen::VectorXd direction;
 };
 
 JointTrajectory::JointTrajectory(int joints, Timing timing, Synchronisation synchronisation) {
@@ -174,36 +230,63 @@ JointTrajectory::Status JointTrajectory::plan_minimum_jerk() noexcept {
     return std::isfinite(T * T * T) ? Status::planned : Status::not_found;
 }
 
+namespace {
+
+/// Whether v is a multiple of `direction`, which it becomes, up to `tolerance` of each element; `most` is the
+/// element that tells the multiple.
+bool is_along(const Eigen::VectorXd& direction, Eigen::Index most, const Eigen::VectorXd& v,
+              const Eigen::VectorXd& tolerance, double& multiple) noexcept {
+    multiple = v[most] / direction[most];
+    bool is_so = true;
+    for (Eigen::Index i = 0; i < v.size(); ++i)
+        is_so &= std::abs(v[i] - multiple * direction[i]) <= 1e-9 * std::min(tolerance[i], 1e100);
+    return is_so;
+}
+
+} // namespace
+
+/// A line has one element: λ of position + λ direction, with the limits that are the tightest along it.
+bool JointTrajectory::find_line() noexcept {
+    Content& c = *content_;
+    const Question& q = question;
+    TimeOptimal::Element& along = c.line.elements[0];
+    c.direction = q.target - q.position;
+    along.way = 1.0;
+    if (c.direction.isZero(0.0)) { // it passes the target, and comes back
+        c.direction = q.velocity.isZero(0.0) ? q.acceleration : q.velocity;
+        along.way = 0.0;
+    }
+    Eigen::Index most = 0;
+    if (c.direction.cwiseAbs().cwiseQuotient(q.max_velocity).maxCoeff(&most) == 0.0)
+        return false; // at rest there
+    if (!is_along(c.direction, most, q.velocity, q.max_velocity, along.velocity) ||
+        !is_along(c.direction, most, q.acceleration, q.max_acceleration, along.acceleration))
+        return false;
+    const auto tightest = [&c](const Eigen::VectorXd& limits) {
+        return limits.cwiseQuotient(c.direction.cwiseAbs()).minCoeff();
+    };
+    along.max_velocity = tightest(q.max_velocity);
+    along.max_acceleration = tightest(q.max_acceleration);
+    along.max_jerk = tightest(q.max_jerk);
+    return std::isfinite(along.max_velocity); // not of a way that is hardly a number
+}
+
 JointTrajectory::Status JointTrajectory::plan_time_optimal() noexcept {
     Content& c = *content_;
     const Question& q = question;
     if (!q.max_velocity.allFinite()) return Status::bad_limits;
-    if (q.shortest > 0.0)
-        c.input.minimum_duration = q.shortest;
-    else
-        c.input.minimum_duration.reset();
-    // The solver compares with absolute tolerances, which suit numbers of about one. Each element is
-    // therefore told from where it is, in a unit that is a power of two, so that nothing is rounded: first
-    // the one in which its greatest velocity is about one, and where rounding spoils that, larger ones.
-    for (const int larger : {0, 4, 8}) {
-        for (std::size_t i = 0; i < c.size; ++i) {
-            const auto k = static_cast<Eigen::Index>(i);
-            if (std::isinf(q.max_acceleration[k]) && !std::isinf(q.max_jerk[k])) return Status::bad_limits;
-            const double unit = c.unit[i] = std::exp2(std::ilogb(q.max_velocity[k]) + larger);
-            c.input.current_position[i] = 0.0;
-            c.input.current_velocity[i] = q.velocity[k] / unit;
-            c.input.current_acceleration[i] = q.acceleration[k] / unit;
-            c.input.target_position[i] = (q.target[k] - q.position[k]) / unit;
-            c.input.max_velocity[i] = q.max_velocity[k] / unit;
-            c.input.max_acceleration[i] = q.max_acceleration[k] / unit;
-            c.input.max_jerk[i] = q.max_jerk[k] / unit;
-        }
-        if (c.solver.calculate(c.input, c.output) == ruckig::Result::Working) {
-            c.duration = c.output.get_duration();
-            return Status::planned;
-        }
+    for (Eigen::Index i = 0; i < q.target.size(); ++i)
+        if (std::isinf(q.max_acceleration[i]) && !std::isinf(q.max_jerk[i])) return Status::bad_limits;
+    c.is_on_line = c.stays_on_line && find_line();
+    for (std::size_t i = 0; i < c.size; ++i) {
+        const auto k = static_cast<Eigen::Index>(i);
+        c.each.elements[i] = {q.target[k] - q.position[k], q.velocity[k],         q.acceleration[k],
+                              q.max_velocity[k],           q.max_acceleration[k], q.max_jerk[k]};
     }
-    return Status::not_found;
+    TimeOptimal& solver = c.is_on_line ? c.line : c.each;
+    if (!solver.find(q.shortest)) return Status::not_found;
+    c.duration = solver.duration();
+    return Status::planned;
 }
 
 void JointTrajectory::at(double t, VectorOut position, VectorOut velocity,
@@ -215,14 +298,18 @@ void JointTrajectory::at(double t, VectorOut position, VectorOut velocity,
         acceleration.setZero();
         return;
     }
-    if (c.timing == Timing::time_optimal) c.output.at_time(t, c.position, c.velocity, c.acceleration);
+    if (c.timing == Timing::time_optimal) (c.is_on_line ? c.line : c.each).go_to(t);
     for (std::size_t i = 0; i < c.size; ++i) {
         const auto k = static_cast<Eigen::Index>(i);
-        const Motion now = c.timing == Timing::time_optimal
-                               ? Motion{c.asked.position[k] + c.unit[i] * c.position[i],
-                                        c.unit[i] * c.velocity[i], c.unit[i] * c.acceleration[i]}
-                           : t < c.braking ? c.brakes[i].at(t)
-                                           : c.quintics[i].at(t - c.braking);
+        if (c.timing == Timing::time_optimal) {
+            const double part = c.is_on_line ? c.direction[k] : 1.0;
+            const Motion moved = c.is_on_line ? c.line.motion(0) : c.each.motion(i);
+            position[k] = c.asked.position[k] + part * moved.position;
+            velocity[k] = part * moved.velocity;
+            acceleration[k] = part * moved.acceleration;
+            continue;
+        }
+        const Motion now = t < c.braking ? c.brakes[i].at(t) : c.quintics[i].at(t - c.braking);
         position[k] = now.position;
         velocity[k] = now.velocity;
         acceleration[k] = now.acceleration;

@@ -289,6 +289,69 @@ TEST(JointTrajectory, SynchronisesAsItIsAsked) {
     }
 }
 
+TEST(JointTrajectory, StaysOnTheLineWithLimitsOfWhichNoneIsTheTightestOfAll) {
+    JointTrajectory motion(2, Timing::time_optimal, Synchronisation::phase);
+    motion.question.target << 1.0, 1.0;
+    motion.question.max_velocity << 1.0, 0.5;
+    motion.question.max_acceleration << 2.0, 5.0;
+    motion.question.max_jerk.setConstant(50.0);
+    ASSERT_EQ(motion.plan(), Status::planned);
+    EXPECT_NEAR(motion.duration(), 1.0 / 0.5 + 0.5 / 2.0 + 2.0 / 50.0, 1e-9) << "0.5, 2 and 50 count";
+    EXPECT_LT(sampled_excess(motion), 1.0 + 1e-9);
+
+    std::mt19937 random(8);
+    for (int k = 0; k < 50; ++k) {
+        JointTrajectory any(4, Timing::time_optimal, Synchronisation::phase);
+        auto& q = any.question;
+        const double unit = std::pow(1000.0, k % 3);
+        q.position = some(4, random, unit);
+        const VectorXd direction = some(4, random, unit);
+        q.target = q.position + direction;
+        for (VectorXd* limits : {&q.max_velocity, &q.max_acceleration, &q.max_jerk})
+            *limits = unit * (some(4, random).array() + 1.5).matrix();
+        // Then under way on the same line: to twice as far, and back to where it began.
+        const VectorXd begin = q.position;
+        for (const double end : {2.0, 0.0}) {
+            ASSERT_EQ(any.plan(), Status::planned);
+            EXPECT_LT(sampled_excess(any), 1.0 + 1e-6);
+            for (double t = 0.0; t < any.duration(); t += 0.01 * any.duration()) {
+                const Instant now(any, t);
+                const double part = (now.p - begin).dot(direction) / direction.squaredNorm();
+                ASSERT_LT((now.p - begin - part * direction).norm(), 1e-7 * unit) << k << ' ' << t;
+            }
+            const Instant turn(any, 0.4 * any.duration());
+            q.position = turn.p;
+            q.velocity = turn.v;
+            q.acceleration = turn.a;
+            q.target = begin + end * direction;
+        }
+    }
+}
+
+TEST(JointTrajectory, HasALineOfAnyLength) {
+    for (const double way : {1e-320, 1e-300, 1e-100, 1e-12, 1e-3, 1e3}) {
+        JointTrajectory motion(2, Timing::time_optimal, Synchronisation::phase);
+        motion.question.target << way, 2.0 * way;
+        ASSERT_EQ(motion.plan(), Status::planned) << way;
+        EXPECT_TRUE(std::isfinite(motion.duration()));
+        const Instant midway(motion, 0.5 * motion.duration());
+        EXPECT_LE(std::abs(midway.p[1] - 2.0 * midway.p[0]), 1e-9 * way) << way;
+    }
+}
+
+TEST(JointTrajectory, ArrivesTogetherWhereTheStartIsOnNoLine) {
+    for (const auto how : {Synchronisation::phase, Synchronisation::time}) {
+        JointTrajectory motion(2, Timing::time_optimal, how);
+        motion.question.target << 1.0, 0.5;
+        motion.question.velocity << 0.1, 0.9;
+        ASSERT_EQ(motion.plan(), Status::planned);
+        JointTrajectory same(2, Timing::time_optimal);
+        same.question = motion.question;
+        ASSERT_EQ(same.plan(), Status::planned);
+        for (const double t : {0.2, 0.5, 1.0}) EXPECT_EQ(Instant(motion, t).p, Instant(same, t).p);
+    }
+}
+
 TEST(JointTrajectory, TellsWhatIsNoQuestion) {
     for (const Timing timing : {Timing::time_optimal, Timing::minimum_jerk}) {
         JointTrajectory motion = one_joint(timing, NAN, 1.0, 1.0, 1.0);

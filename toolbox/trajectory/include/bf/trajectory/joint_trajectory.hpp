@@ -31,9 +31,11 @@ class JointTrajectory {
     enum class Timing { minimum_jerk, time_optimal };
     /// How joints with shorter ways move, time_optimal only.
     enum class Synchronisation {
-        time,  ///< all arrive at the same time
-        phase, ///< on a straight line, where the start is on one; otherwise as time
-        none   ///< each as soon as it can
+        time, ///< all arrive at the same time
+        /// On the straight line to the target, as fast as the tightest limits along it allow, from rest and
+        /// from a motion along that line, velocity and acceleration alike; from any other motion as time.
+        phase,
+        none ///< each as soon as it can
     };
     enum class Status {
         planned,
@@ -71,6 +73,7 @@ class JointTrajectory {
     struct Content;
     Status plan_minimum_jerk() noexcept;
     Status plan_time_optimal() noexcept;
+    bool find_line() noexcept;
 
     std::unique_ptr<Content> content_;
 };

@@ -254,10 +254,11 @@ class MinimumJerkTrajectoryGenerator final : public Block {
     Status output(Now at, Out out) const noexcept override {
         const double T = settling_time(at);
         if (!(T > 0)) return Status::failure("the settling time must be above 0 s");
-        const Coefficients c(T);
-        for (Eigen::Index i = 0; i < at[u].size(); ++i) {
+        const Coefficients c(T, at.period() / 2);
+        auto p = out[position];
+        for (Eigen::Index i = 0; i < p.size(); ++i) {
             const Vector3 x = solve(at, i, T, c);
-            out[position](i) = x(0);
+            p(i) = x(0);
             if (velocity.is_present()) out[velocity](i) = x(1);
             if (acceleration.is_present()) out[acceleration](i) = x(2);
         }
@@ -266,11 +267,14 @@ class MinimumJerkTrajectoryGenerator final : public Block {
 
     Status update(Now at, Next next) const noexcept override {
         const double T = settling_time(at), h = at.period() / 2;
-        const Coefficients c(T);
+        const Coefficients c(T, h);
         auto half_ahead = next[r];
-        for (Eigen::Index i = 0; i < at[u].size(); ++i) {
-            const Vector3 x = solve(at, i, T, c);
-            const double jerk = c.alpha * (x(0) - at[u](i)) + c.beta * x(1) + c.gamma * x(2);
+        const auto wanted = at[u], p = at[position];
+        const bool has_all = velocity.is_present() && acceleration.is_present();
+        for (Eigen::Index i = 0; i < wanted.size(); ++i) {
+            const Vector3 x =
+                has_all ? Vector3(p(i), at[velocity](i), at[acceleration](i)) : solve(at, i, T, c);
+            const double jerk = c.alpha * (x(0) - wanted(i)) + c.beta * x(1) + c.gamma * x(2);
             half_ahead.row(i) << x(0) + h * x(1), x(1) + h * x(2), x(2) + h * jerk;
         }
         next[last_position] = at[position];
@@ -280,10 +284,10 @@ class MinimumJerkTrajectoryGenerator final : public Block {
 
   private:
     struct Coefficients {
-        explicit Coefficients(double T)
+        Coefficients(double T, double h)
             : alpha(-150.765868956161 / (T * T * T)), beta(-84.9812819469538 / (T * T)),
-              gamma(-15.9669610709384 / T) {}
-        double alpha, beta, gamma;
+              gamma(-15.9669610709384 / T), implicit(1 - h * gamma - h * h * beta - h * h * h * alpha) {}
+        double alpha, beta, gamma, implicit;
     };
     double settling_time(Now at) const {
         return settling_input.is_present() ? at[settling_input](0) : at[settling];
@@ -303,7 +307,7 @@ class MinimumJerkTrajectoryGenerator final : public Block {
         const double h = at.period() / 2;
         const Vector3 p = begin(at, i, T);
         const double rest = p(2) + h * c.alpha * (p(0) + h * p(1) - at[u](i)) + h * c.beta * p(1);
-        const double a = rest / (1 - h * c.gamma - h * h * c.beta - h * h * h * c.alpha);
+        const double a = rest / c.implicit;
         const double v = p(1) + h * a;
         return {p(0) + h * v, v, a};
     }

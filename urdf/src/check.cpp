@@ -65,9 +65,16 @@ class Check {
                 for (const double value : numbers(joint, *limit, name, 1))
                     if (value < 0) fail(joint, *limit, name, "it is negative; give 0 or more");
             const auto lower = numbers(joint, *limit, "lower", 1), upper = numbers(joint, *limit, "upper", 1);
-            if (has_limits && (lower.empty() ? 0 : lower[0]) > (upper.empty() ? 0 : upper[0]))
+            const double least = lower.empty() ? 0 : lower[0], most = upper.empty() ? 0 : upper[0];
+            if (has_limits && least > most)
                 fail(joint, *limit, "lower",
                      "it is above the upper limit, '" + text_of(*limit, "upper") + "'; exchange them");
+            // Exporters write zeros where they know no limits.
+            if (has_limits && least == most && least != 0)
+                fail(joint, *limit, "lower",
+                     "it is the upper limit, too, which leaves the joint no way; make it fixed with this "
+                     "angle "
+                     "or length in its origin, or give it a range; 0 for both stands for no limits");
         }
         if (const auto* dynamics = joint.FirstChildElement("dynamics"))
             for (const char* name : {"damping", "friction"}) finite(joint, *dynamics, name, 1);

@@ -45,6 +45,12 @@ TEST(UrdfCheck, NamesFileLineLinkAttributeValueAndRemedy) {
     EXPECT_EQ(wrong("lower=\"-3\"", "lower=\"4\""),
               "'r.urdf', line 8: joint 'j', <limit lower=\"4\">: it is above the upper limit, '3'; exchange "
               "them");
+    EXPECT_EQ(
+        wrong("lower=\"-3\"", "lower=\"3\""),
+        "'r.urdf', line 8: joint 'j', <limit lower=\"3\">: it is the upper limit, too, which leaves the "
+        "joint no way; make it fixed with this angle or length in its origin, or give it a range; 0 for "
+        "both stands for no limits");
+    EXPECT_EQ(wrong("lower=\"-3\" upper=\"3\"", "lower=\"0\" upper=\"0\""), "") << "as exporters write it";
 }
 
 TEST(UrdfCheck, RefusesNumbersTypesAndNamesThatNoRobotHas) {

@@ -1,4 +1,5 @@
 // What a run says of itself: its quantities, rates and plots, by their names.
+#include "bf/base/numbers.hpp"
 #include "bf/engine/simulation.hpp"
 
 #include <algorithm>
@@ -51,6 +52,35 @@ std::vector<Quantity> Simulation::parameters() const {
             write_values(added.given.data(), slot.type, slot.size.count(), slot.initial);
         }
     }
+    return all;
+}
+
+namespace {
+
+/// All of a value, which two values do not share.
+std::string text_of(const Value& value) {
+    if (value.kind == Value::Kind::text) return "'" + value.text + "'";
+    std::string text = "[";
+    if (value.kind == Value::Kind::texts) {
+        for (const auto& one : value.texts) text += (text.size() > 1 ? " '" : "'") + one + "'";
+        return text + "]";
+    }
+    if (value.data.size() == 1) return number_text(value.data[0]);
+    for (int i = 0; i < value.rows; ++i) {
+        if (i > 0) text += "; ";
+        for (int j = 0; j < value.cols; ++j)
+            text +=
+                (j > 0 ? " " : "") + number_text(value.data[static_cast<std::size_t>(j * value.rows + i)]);
+    }
+    return text + "]";
+}
+
+} // namespace
+
+std::vector<GivenArgument> Simulation::arguments() const {
+    std::vector<GivenArgument> all;
+    for (const auto& node : diagram_.nodes)
+        for (const auto& [name, value] : node.arguments) all.push_back({node.path, name, text_of(value)});
     return all;
 }
 

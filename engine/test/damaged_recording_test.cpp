@@ -114,6 +114,11 @@ TEST_F(DamagedRecording, ThatHoldsNoModelSaysSo) {
     auto recording = recorded(ramp, 1);
     recording.metadata.emplace("run", std::map<std::string, std::string>{{"file", "/m.yaml"}});
     EXPECT_EQ(refusal(recording), none) << "its name alone";
+    recording.complete = false;
+    recording.defect = "it ends within a record";
+    EXPECT_EQ(refusal(recording),
+              "the recording was cut or damaged before its model, so it cannot be run again "
+              "(it ends within a record); record it again");
 }
 
 } // namespace

@@ -104,6 +104,27 @@ TEST(SnapshotFile, OfAnotherModelIsRefusedByName) {
     EXPECT_EQ(refusal(multirate, file), "accepted");
 }
 
+TEST(SnapshotFile, OfOtherArgumentsIsRefusedByBlockAndArgument) {
+    const auto model = [](const std::string& arguments) {
+        return "model: m\nstep: 0.1\nblocks:\n  c: {block: Clock}\n  s:\n    inputs: [u]\n    outputs: [y]\n"
+               "    blocks:\n      f: {block: DiscreteIntegrator" +
+               arguments + "}\n    connections: {u: f, f: y}\nconnections: {c: s}\n";
+    };
+    Session one(model(", method: trapezoidal, gain: 2"));
+    const auto file = make_snapshot(*one.simulation);
+    const std::string begin = "the snapshot 's.bin' belongs to another version of 'm': argument 'method' of "
+                              "'s.f' was 'trapezoidal' and is ",
+                      end = "; only values of parameters may differ";
+    EXPECT_EQ(refusal(model(", method: backward, gain: 2"), file), begin + "'backward'" + end);
+    EXPECT_EQ(refusal(model(", method: trapezoidal, gain: 3"), file), "accepted");
+    // What a block does by itself in one model, it is told in the other.
+    EXPECT_EQ(
+        refusal(model(", method: trapezoidal, initial_source: internal"), file),
+        "the snapshot 's.bin' belongs to another version of 'm': argument 'initial_source' of 's.f' was "
+        "not given and is 'internal'" +
+            end);
+}
+
 TEST(SnapshotFile, CutOrDamagedAnywhereIsRefused) {
     Session one(multirate);
     const auto file = make_snapshot(*one.simulation);

@@ -41,8 +41,12 @@ ModelSource recorded_source(const recording::Recording& recording) {
             source.texts[(source.file.parent_path() / attachment.name.substr(file_prefix.size()))
                              .lexically_normal()] = attachment.text();
     if (file.empty() || !source.texts.contains(source.file))
-        throw RunError("the recording does not hold its model, so it cannot be run again; bf run --record "
-                       "makes recordings that do");
+        throw RunError(
+            recording.complete
+                ? "the recording does not hold its model, so it cannot be run again; bf run --record "
+                  "makes recordings that do"
+                : "the recording was cut or damaged before its model, so it cannot be run again (" +
+                      recording.defect + "); record it again");
     if (const auto overrides = recording.metadata.find("overrides"); overrides != recording.metadata.end())
         for (const auto& [name, text] : overrides->second)
             source.overrides.emplace_back(name.substr(name.find(' ') + 1), text);

@@ -2,6 +2,8 @@
 
 #include "bf/core/hash.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cstring>
 #include <string_view>
 
@@ -12,7 +14,7 @@ namespace {
 using Bytes = std::span<const std::byte>;
 
 constexpr std::string_view magic = "bf-snapshot\n";
-constexpr std::uint32_t byte_order = 0x01020304, version = 4;
+constexpr std::uint32_t byte_order = 0x01020304, version = 5;
 
 class ByteWriter {
   public:
@@ -59,6 +61,46 @@ std::vector<std::byte> given_parameters(const Run& run) {
     return all;
 }
 
+/// Arguments that the model gives its blocks, each part of them with a zero behind it.
+std::string given_arguments(const Run& run) {
+    std::string all;
+    for (const auto& argument : run.arguments())
+        for (const auto* part : {&argument.block, &argument.name, &argument.value}) all += *part + '\0';
+    return all;
+}
+
+std::vector<GivenArgument> arguments_in(std::string_view text) {
+    std::vector<GivenArgument> all;
+    while (!text.empty()) {
+        GivenArgument& argument = all.emplace_back();
+        for (auto* part : {&argument.block, &argument.name, &argument.value}) {
+            const auto size = std::min(text.find('\0'), text.size());
+            *part = text.substr(0, size);
+            text.remove_prefix(std::min(size + 1, text.size()));
+        }
+    }
+    return all;
+}
+
+/// Which argument one model gives otherwise than the other, as text; empty: none. Those that only one of them
+/// gives count where the models have the same blocks.
+std::string other_argument(const std::vector<GivenArgument>& then, const std::vector<GivenArgument>& now,
+                           bool has_same_blocks) {
+    const auto value = [](const auto& among, const GivenArgument& wanted) -> std::string {
+        for (const auto& argument : among)
+            if (argument.block == wanted.block && argument.name == wanted.name) return argument.value;
+        return "";
+    };
+    for (const auto* list : {&then, &now})
+        for (const GivenArgument& argument : *list) {
+            const std::string was = value(then, argument), is = value(now, argument);
+            if (was == is || (!has_same_blocks && (was.empty() || is.empty()))) continue;
+            return "argument '" + argument.name + "' of '" + argument.block + "' was " +
+                   (was.empty() ? "not given" : was) + " and is " + (is.empty() ? "not given" : is);
+        }
+    return "";
+}
+
 } // namespace
 
 std::vector<std::byte> make_snapshot(const Run& run) {
@@ -67,6 +109,8 @@ std::vector<std::byte> make_snapshot(const Run& run) {
     content.put(run.fingerprint());
     content.put_block(std::as_bytes(std::span(name)));
     content.put(run.steps());
+    const std::string arguments = given_arguments(run);
+    content.put_block(std::as_bytes(std::span<const char>(arguments)));
     content.put_block(given_parameters(run));
     content.put_block(run.snapshot());
 
@@ -100,10 +144,18 @@ void restore_snapshot(Run& run, Bytes snapshot, const std::string& name) {
     const std::string its_name(reinterpret_cast<const char*>(model.data()), model.size());
     if (its_name != own_name)
         content.fail("belongs to the model '" + its_name + "', not to '" + own_name + "'");
-    if (its_fingerprint != run.fingerprint())
-        content.fail("belongs to another version of '" + own_name +
-                     "': blocks, sizes, types, rates or connections differ; only values of parameters may");
     const auto steps = content.get<std::int64_t>(); // for who looks at the file without the model, too
+    const Bytes arguments = content.block();
+    const bool has_same_blocks = its_fingerprint == run.fingerprint();
+    const std::string version = "belongs to another version of '" + own_name + "': ";
+    if (const std::string other =
+            other_argument(arguments_in({reinterpret_cast<const char*>(arguments.data()), arguments.size()}),
+                           run.arguments(), has_same_blocks);
+        !other.empty())
+        content.fail(version + other + "; only values of parameters may differ");
+    if (!has_same_blocks)
+        content.fail(version +
+                     "blocks, sizes, types, rates or connections differ; only values of parameters may");
     ByteReader given(content.block(), name);
     const Bytes state = content.block();
     run.restore({state.begin(), state.end()});

@@ -85,6 +85,7 @@ class Simulation final : public Run {
     std::vector<Quantity> outside() const override;
     /// "block.parameter", in document order.
     std::vector<Quantity> parameters() const override;
+    std::vector<GivenArgument> arguments() const override;
     /// Signals of the diagram as the run computes them.
     std::vector<Quantity> quantities(const std::vector<SignalName>& names) const;
 

@@ -44,6 +44,12 @@ struct Quantity {
 /// when there is none.
 const Quantity& find(const std::vector<Quantity>& quantities, const std::string& path);
 
+/// What a model gives an argument of a block.
+struct GivenArgument {
+    std::string block, name, value; ///< the latter as text
+    bool operator==(const GivenArgument&) const = default;
+};
+
 /// A sample time. Rate 0 is the constant rate, which is hit in no step.
 struct RunRate {
     double period = 0; ///< s; 0: continuous
@@ -83,6 +89,8 @@ class Run {
     /// What reaches the model from outside: inputs of the root and what devices give.
     virtual std::vector<Quantity> outside() const = 0;
     virtual std::vector<Quantity> parameters() const = 0;
+    /// Of all blocks; none where the fingerprint is of them, too, as that of generated code.
+    virtual std::vector<GivenArgument> arguments() const { return {}; }
 
     /// Throws RunError when a device cannot be opened or an initial state fails; what was opened is closed.
     virtual void start() = 0;

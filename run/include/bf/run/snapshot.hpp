@@ -17,7 +17,7 @@ std::vector<std::byte> make_snapshot(const Run& run);
 /// Goes on from there, in a started run. A parameter keeps the value it had in the snapshot, unless
 /// the model gives it another one than the model of the snapshot did: then that counts, so that variants
 /// can start from one state. Throws RunError, in which `name` stands for the file: no snapshot, cut, damaged,
-/// of another version, byte order or model.
+/// of another version, byte order or model, or of one that gives a block another argument.
 void restore_snapshot(Run& run, std::span<const std::byte> snapshot, const std::string& name);
 
 } // namespace bf

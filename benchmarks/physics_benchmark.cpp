@@ -103,7 +103,8 @@ void step_scene(benchmark::State& state) {
         if (sim.time() > 1.0) sim.restore(start.data());
         for (int r = 0; r < 2; ++r) {
             double tau[3];
-            for (int i = 0; i < 3; ++i) tau[i] = stretch(i, sim.time(), sim.s(r)[i], sim.s_dot(r)[i]);
+            const auto s = sim.s(r), s_dot = sim.s_dot(r);
+            for (int i = 0; i < 3; ++i) tau[i] = stretch(i, sim.time(), s[i], s_dot[i]);
             sim.set_torque(r, tau);
         }
         if (!sim.step()) return state.SkipWithError(sim.error());

@@ -8,7 +8,7 @@ namespace bf::physics {
 
 Puppet::Puppet(const World& world, const std::function<void(mjSpec*)>& decorate) {
     WorldOptions drawn = world.options();
-    drawn.floating_base = false;
+    drawn.floating_base = drawn.lands = false;
     const Urdf urdf = Urdf::read(drawn.urdf);
     const SpecPtr spec = make_spec(drawn, drawn, urdf, Looks::meshes);
     mjsBody* ground = mjs_findBody(spec.get(), "world");

@@ -64,7 +64,7 @@ RobotLayout::RobotLayout(int& at, const RobotIndex& robot, const RobotOptions& o
     const int n = robot.n();
     for (int* joints : {&s, &s_dot, &s_ddot, &tau, &motor_position, &motor_velocity, &motor_acceleration})
         *joints = take(n);
-    imu_rpy = take(3);
+    imu_rotation = take(9);
     gyro = take(3);
     accelerometer = take(3);
     ft_wrenches = take(6 * static_cast<int>(robot.ft_sites.size()));
@@ -72,7 +72,6 @@ RobotLayout::RobotLayout(int& at, const RobotIndex& robot, const RobotOptions& o
     w_H_b = take(16);
     v_b = take(6);
     com = take(3);
-    imu_rotation = take(9);
     foot_poses = take(16 * static_cast<int>(robot.foot_sites.size()));
     foot_wrenches = take(6 * static_cast<int>(robot.foot_sites.size()));
     if (robot.delay == 0 && options.imperfections.dropout == 0.0) return;
@@ -280,14 +279,14 @@ std::vector<std::string> RobotIndex::unstable_loops(const mjModel* m, const Robo
 void measure_now(const mjModel* m, const mjData* d, const RobotIndex& robot, const RobotLayout& at,
                  const RobotOptions& options, std::uint64_t step, double* out) noexcept {
     const Noise& noise = options.noise;
+    const double* const ratios = robot.drives->gear_ratio.data();
     for (size_t i = 0; i < robot.position.size(); ++i) {
         const auto joint = static_cast<Eigen::Index>(i);
-        const double ratio = robot.drives->gear_ratio[joint];
+        const double ratio = ratios[i];
         const bool plays = robot.play_position[i] >= 0;
-        const double motor =
-            d->qpos[robot.position[i]] + noise_of(noise.position, noise, step, of_position, i);
-        const double motor_dot =
-            d->qvel[robot.velocity[i]] + noise_of(noise.velocity, noise, step, of_velocity, i);
+        double motor = d->qpos[robot.position[i]], motor_dot = d->qvel[robot.velocity[i]];
+        if (noise.position != 0.0) motor += noise_of(noise.position, noise, step, of_position, i);
+        if (noise.velocity != 0.0) motor_dot += noise_of(noise.velocity, noise, step, of_velocity, i);
         Encoder encoder{robot.encoder_resolution[joint], options.imperfections.velocities_from_encoders,
                         step == 0, m->opt.timestep};
         encoder.measure(plays ? motor + d->qpos[robot.play_position[i]] : motor,
@@ -316,12 +315,7 @@ void measure_now(const mjModel* m, const mjData* d, const RobotIndex& robot, con
         if (mass > 0.0) com /= mass;
     }
 
-    Eigen::Map<Eigen::Matrix3d> R(out + at.imu_rotation);
-    measure_rotation(d, robot.imu_site, R);
-    double* rpy = out + at.imu_rpy; // R = Rz(yaw) Ry(pitch) Rx(roll)
-    rpy[0] = std::atan2(R(2, 1), R(2, 2));
-    rpy[1] = std::atan2(-R(2, 0), std::hypot(R(2, 1), R(2, 2)));
-    rpy[2] = std::atan2(R(1, 0), R(0, 0));
+    measure_rotation(d, robot.imu_site, Eigen::Map<Eigen::Matrix3d>(out + at.imu_rotation));
     std::copy_n(d->sensordata + robot.gyro, 3, out + at.gyro);
     for (size_t i = 0; i < robot.foot_sites.size(); ++i)
         measure_pose(d, robot.foot_sites[i], out + at.foot_poses + 16 * i);

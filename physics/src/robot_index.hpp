@@ -54,10 +54,10 @@ struct RobotIndex {
 /// Where each measurement of a robot stands in a flat vector, which is saved and restored as it is.
 struct RobotLayout {
     /// What the low level measures.
-    int s, s_dot, s_ddot, tau, motor_position, motor_velocity, motor_acceleration, imu_rpy, gyro,
+    int s, s_dot, s_ddot, tau, motor_position, motor_velocity, motor_acceleration, imu_rotation, gyro,
         accelerometer, ft_wrenches;
     /// What is so, whoever measures.
-    int w_H_b, v_b, com, imu_rotation, foot_poses, foot_wrenches;
+    int w_H_b, v_b, com, foot_poses, foot_wrenches;
     int measured = 0;  ///< how many numbers the former are, from `s` on
     int slots = 0;     ///< how many of them are remembered, to be read later or again; 0: none has to be
     int memory = 0;    ///< where these stand

@@ -50,6 +50,7 @@ struct SceneSimulation::Impl {
     std::vector<double> memory;
     std::vector<JointControl> controls; ///< per robot
     std::optional<ContactMemory> contacts;
+    bool is_pushed = false; ///< some xfrc_applied may not be zero
     std::array<char, 256> error{};
     Failure failure; ///< what `error` says
 
@@ -152,12 +153,14 @@ void SceneSimulation::Impl::apply_inputs(const Disturbance& disturbance) noexcep
     for (size_t r = 0; r < scene.robots.size(); ++r) {
         const RobotIndex& robot = scene.robots[r];
         const int every = robot.loop_steps;
-        if (step() % static_cast<std::uint64_t>(every) == 0) {
-            const Readings measured = read(static_cast<int>(r), 0);
-            if (const double* direct = in(at.torques[r]); *direct != 0.0)
-                controls[r].pass(Eigen::Map<const Eigen::VectorXd>(direct + 1, robot.n()));
-            else
+        const bool is_direct = *in(at.torques[r]) != 0.0;
+        if (every == 1 || step() % static_cast<std::uint64_t>(every) == 0) {
+            if (is_direct) {
+                controls[r].pass(Eigen::Map<const Eigen::VectorXd>(in(at.torques[r]) + 1, robot.n()));
+            } else {
+                const Readings measured = read(static_cast<int>(r), 0);
                 controls[r].advance(every * model->opt.timestep, measured.s, measured.s_dot, measured.tau);
+            }
         }
         const Eigen::VectorXd& torques = controls[r].torques();
         for (size_t i = 0; i < robot.motors.size(); ++i) {
@@ -168,17 +171,19 @@ void SceneSimulation::Impl::apply_inputs(const Disturbance& disturbance) noexcep
             if (robot.dampers[i] < 0) continue;
             // Motor and damper give the torque together, as far as it depends on the velocity by the damper,
             // which the integrator differentiates. What stands at its limit does not depend on it.
-            const bool depends = *in(at.torques[r]) == 0.0 && std::abs(torque) < robot.effort_limits[joint];
+            const bool depends = !is_direct && std::abs(torque) < robot.effort_limits[joint];
             const double damping = depends ? controls[r].damping(joint) : 0.0;
             data->ctrl[robot.dampers[i]] = damping;
             torque = std::clamp(torque + damping * data->qvel[robot.velocity[i]], -mjMAXVAL, mjMAXVAL);
         }
     }
-    std::fill_n(data->xfrc_applied, 6 * model->nbody, 0.0);
+    if (is_pushed) std::fill_n(data->xfrc_applied, 6 * model->nbody, 0.0);
+    is_pushed = false;
     // MuJoCo applies it at the centre of the body, which is the link with all that is fused to it.
     const auto apply = [&](int body, const Eigen::Vector3d& force, const Eigen::Vector3d& moment,
                            const Eigen::Vector3d& at_point) {
         const Eigen::Vector3d lever = at_point - Eigen::Map<const Eigen::Vector3d>(data->xipos + 3 * body);
+        is_pushed = true;
         double* applied = data->xfrc_applied + 6 * body;
         Eigen::Map<Eigen::Vector3d>{applied} += force;
         Eigen::Map<Eigen::Vector3d>{applied + 3} += moment + lever.cross(force);
@@ -207,6 +212,7 @@ void SceneSimulation::Impl::measure_now() noexcept {
     }
     for (size_t i = 0; i < scene.objects.size(); ++i) {
         const int body = scene.objects[i];
+        if (step() > 0 && model->body_weldid[body] == 0) continue; // it stands where it stood at the start
         Eigen::Map<Eigen::Matrix4d>(in(at.poses) + 16 * i) = w_H(body);
         mjtNum velocity[6]; // angular first
         mj_objectVelocity(model, d, mjOBJ_XBODY, body, velocity, 0);
@@ -330,6 +336,18 @@ Readings SceneSimulation::readings(int robot) const noexcept {
     return impl_->read(robot, impl_->of(robot).delivered);
 }
 Readings SceneSimulation::readings_at_loops(int robot) const noexcept { return impl_->read(robot, 0); }
+SceneSimulation::VectorView SceneSimulation::s(int robot) const noexcept {
+    return {impl_->reading(robot, impl_->of(robot).s), impl_->scene.robot(robot).n()};
+}
+SceneSimulation::VectorView SceneSimulation::s_dot(int robot) const noexcept {
+    return {impl_->reading(robot, impl_->of(robot).s_dot), impl_->scene.robot(robot).n()};
+}
+SceneSimulation::VectorView SceneSimulation::s_ddot(int robot) const noexcept {
+    return {impl_->reading(robot, impl_->of(robot).s_ddot), impl_->scene.robot(robot).n()};
+}
+SceneSimulation::VectorView SceneSimulation::tau(int robot) const noexcept {
+    return {impl_->reading(robot, impl_->of(robot).tau), impl_->scene.robot(robot).n()};
+}
 SceneSimulation::Matrix4View SceneSimulation::w_H_b(int robot) const noexcept {
     return Matrix4View(impl_->in(impl_->of(robot).w_H_b));
 }
@@ -339,8 +357,10 @@ SceneSimulation::Vector6View SceneSimulation::v_b(int robot) const noexcept {
 SceneSimulation::Vector3View SceneSimulation::com(int robot) const noexcept {
     return Vector3View(impl_->in(impl_->of(robot).com));
 }
-SceneSimulation::Vector3View SceneSimulation::imu_rpy(int robot) const noexcept {
-    return Vector3View(impl_->reading(robot, impl_->of(robot).imu_rpy));
+Eigen::Vector3d SceneSimulation::imu_rpy(int robot) const noexcept {
+    const Eigen::Map<const Eigen::Matrix3d> R(impl_->reading(robot, impl_->of(robot).imu_rotation));
+    return {std::atan2(R(2, 1), R(2, 2)), std::atan2(-R(2, 0), std::hypot(R(2, 1), R(2, 2))),
+            std::atan2(R(1, 0), R(0, 0))};
 }
 SceneSimulation::Vector3View SceneSimulation::gyro(int robot) const noexcept {
     return Vector3View(impl_->reading(robot, impl_->of(robot).gyro));
@@ -470,6 +490,7 @@ void SceneSimulation::restore(const double* state) noexcept {
     self.run([&] {
         for (mjWarningStat& warning : self.data->warning) warning = {};
         mj_setState(self.model, self.data.get(), state, scene_state_signature);
+        self.is_pushed = true;
         mj_step1(self.model, self.data.get());
     });
     state += mj_stateSize(self.model, scene_state_signature);

@@ -62,7 +62,7 @@ Simulation::Matrix4View Simulation::w_H_b() const noexcept { return impl_->scene
 Simulation::Vector6View Simulation::v_b() const noexcept { return impl_->scene.v_b(0); }
 Simulation::Vector3View Simulation::com() const noexcept { return impl_->scene.com(0); }
 Simulation::Matrix3View Simulation::imu_rotation() const noexcept { return impl_->scene.imu_rotation(0); }
-Simulation::Vector3View Simulation::imu_rpy() const noexcept { return impl_->scene.imu_rpy(0); }
+Eigen::Vector3d Simulation::imu_rpy() const noexcept { return impl_->scene.imu_rpy(0); }
 Simulation::Vector3View Simulation::gyro() const noexcept { return impl_->scene.gyro(0); }
 Simulation::Vector3View Simulation::accelerometer() const noexcept { return impl_->scene.accelerometer(0); }
 Simulation::Matrix4View Simulation::foot_pose(int i) const noexcept { return impl_->scene.foot_pose(0, i); }

@@ -14,7 +14,7 @@ namespace bf::physics {
 
 namespace {
 
-// The floor collides with feet only, feet with the floor only.
+// The floor collides with feet, and what lands as they do, only, and these with the floor only.
 constexpr int floor_bit = 1;
 constexpr int foot_bit = 2;
 
@@ -67,8 +67,7 @@ void set_contact(mjsGeom* geom, const Surface& surface) {
     set_surface(geom, surface);
 }
 
-void make_foot_shape(mjsGeom* geom, const std::string& name, const Surface& surface) {
-    mjs_setName(geom->element, name.c_str());
+void make_ground_shape(mjsGeom* geom, const Surface& surface) {
     geom->mass = 0.0;
     geom->group = 3; // not drawn
     geom->contype = foot_bit;
@@ -76,11 +75,35 @@ void make_foot_shape(mjsGeom* geom, const std::string& name, const Surface& surf
     set_contact(geom, surface);
 }
 
+void make_foot_shape(mjsGeom* geom, const std::string& name, const Surface& surface) {
+    mjs_setName(geom->element, name.c_str());
+    make_ground_shape(geom, surface);
+}
+
+/// The links of the feet, and all that moves with them: a sole is often a frame of the link above it.
+std::set<std::string> links_of_feet(const RobotOptions& options, const Urdf& urdf) {
+    std::set<std::string> links;
+    for (const Foot& foot : options.feet) links.insert(foot.frame);
+    const auto moves = [&](const std::string& joint) {
+        return std::ranges::find(options.joints, joint) != options.joints.end() ||
+               std::ranges::find(options.followers, joint, &Follower::joint) != options.followers.end();
+    };
+    for (size_t before = 0; before != links.size();) {
+        before = links.size();
+        for (const UrdfJoint& joint : urdf.joints)
+            if (!moves(joint.name) && (links.contains(joint.parent) || links.contains(joint.child)))
+                links.insert({joint.parent, joint.child});
+    }
+    return links;
+}
+
 /// Collision shapes go, but for those that a foot touches with; visual ones stay on request. The files of
 /// their meshes are found.
 void keep_shapes(mjSpec* spec, const RobotOptions& options, const Surface& surface, const Urdf& urdf,
                  Looks looks, Touching touching) {
     const bool all = touching == Touching::everything;
+    const bool lands = touching == Touching::ground;
+    const std::set<std::string> feet = lands ? links_of_feet(options, urdf) : std::set<std::string>();
     std::set<std::string> used, seen; // meshes; links with visual shapes
     if (all && looks != Looks::none)
         for_each(spec, mjOBJ_GEOM, [&](mjsElement* element) {
@@ -92,13 +115,17 @@ void keep_shapes(mjSpec* spec, const RobotOptions& options, const Surface& surfa
         const std::string link = name_of(mjs_getParent(element)->element);
         const auto foot = std::find_if(options.feet.begin(), options.feet.end(),
                                        [&](const Foot& f) { return f.has_urdf_shapes && f.frame == link; });
-        if (geom->contype == 0 ? looks == Looks::none : foot == options.feet.end() && !all) {
+        const bool is_foot = foot != options.feet.end();
+        if (geom->contype == 0 ? looks == Looks::none
+                               : !is_foot && !all && !(lands && !feet.contains(link))) {
             mjs_delete(spec, element);
             return;
         }
         if (geom->contype != 0 && all) {
             set_contact(geom, surface);
             if (seen.contains(link)) geom->group = 3; // not drawn
+        } else if (geom->contype != 0 && !is_foot) {
+            make_ground_shape(geom, surface);
         } else if (geom->contype != 0) {
             const auto i = static_cast<size_t>(foot - options.feet.begin());
             make_foot_shape(geom, "foot:" + std::to_string(i) + ":urdf" + std::to_string(shapes[i]++),
@@ -433,7 +460,9 @@ void set_physics(mjSpec* spec, const PhysicsOptions& options) {
 SpecPtr make_spec(const RobotOptions& options, const PhysicsOptions& physics, const Urdf& urdf, Looks looks,
                   std::vector<std::string>* warnings) {
     std::vector<std::string> ignored;
-    SpecPtr spec = make_robot(options, physics, urdf, looks, Touching::feet, warnings ? *warnings : ignored);
+    SpecPtr spec =
+        make_robot(options, physics, urdf, looks, options.lands ? Touching::ground : Touching::feet,
+                   warnings ? *warnings : ignored);
     if (physics.floor.enabled) add_floor(spec.get(), physics.floor);
     set_physics(spec.get(), physics);
     // One robot on a floor is one island, and feet are few shapes: to search for islands, or to arrange the

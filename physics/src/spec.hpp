@@ -29,8 +29,9 @@ bool is_rigid(const Eigen::MatrixXd& H);
 /// Which visual parts the model keeps.
 enum class Looks { none, meshes };
 
-/// Which shapes of the URDF touch others: those that its feet have, or all <collision> shapes.
-enum class Touching { feet, everything };
+/// Which shapes of the URDF touch others: those that its feet have; these and, but with the ground alone, the
+/// <collision> shapes of all links besides the feet; or all <collision> shapes.
+enum class Touching { feet, ground, everything };
 
 /// Fills in what the options leave to the URDF and checks every name against it. Throws std::runtime_error.
 void complete(RobotOptions& options, const Urdf& urdf);

@@ -49,7 +49,8 @@ std::vector<double> read(const Readings& all, const SceneSimulation& sim) {
     for (const auto& part : {all.s, all.s_dot, all.s_ddot, all.tau, all.motor_position, all.motor_velocity,
                              all.motor_acceleration})
         values.insert(values.end(), part.data(), part.data() + part.size());
-    for (const auto& part : {sim.imu_rpy(0), sim.gyro(0), sim.accelerometer(0)})
+    for (const Eigen::Vector3d& part :
+         {sim.imu_rpy(0), Eigen::Vector3d(sim.gyro(0)), Eigen::Vector3d(sim.accelerometer(0))})
         values.insert(values.end(), part.data(), part.data() + 3);
     return values;
 }

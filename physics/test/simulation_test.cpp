@@ -51,6 +51,31 @@ WorldOptions floating_icub() {
 
 } // namespace
 
+TEST(Simulation, ComesToLieOnTheGroundWhereAllShapesTouchIt) {
+    const auto limp = [](bool lands) {
+        WorldOptions options = icub_options();
+        options.lands = lands;
+        Simulation sim = simulate(options);
+        const std::vector<double> none(options.joints.size(), 0.0);
+        for (int k = 0; k < 4000; ++k) EXPECT_TRUE(sim.step(none)) << sim.error();
+        return std::pair{sim.w_H_b()(2, 3), sim.com()[2]};
+    };
+    const auto [base, com] = limp(true);
+    EXPECT_GT(base, 0.02);
+    EXPECT_GT(com, 0.02);
+    EXPECT_LT(com, 0.35);
+    EXPECT_LT(limp(false).second, 0.0) << "only its feet keep it";
+
+    // Standing, nothing but the feet touches: the motion is the same.
+    WorldOptions options = icub_options();
+    options.lands = true;
+    Simulation all = simulate(options), feet = simulate(icub_options());
+    stand(all, 500);
+    stand(feet, 500);
+    EXPECT_EQ(Eigen::VectorXd(all.s()), Eigen::VectorXd(feet.s()));
+    EXPECT_EQ(all.foot_wrench(0)[2], feet.foot_wrench(0)[2]);
+}
+
 TEST(Simulation, StandsUnderJointPdWithTheContactForcesCarryingTheWeight) {
     Simulation sim = simulate(icub_options());
     HoldPosture hold(sim.world());

@@ -407,6 +407,18 @@ TEST(World, HasNoiseOfItsOwnUnlessItIsGivenASeed) {
     EXPECT_EQ(measured("left", "    seed: 3\n"), measured("right", "    seed: 3\n"));
 }
 
+TEST(World, CarriesAllOfARobotThatFallsWhereItIsAskedTo) {
+    const auto height_after_a_fall = [](const std::string& settings) {
+        Running run("model: m\nstep: 0.001\nblocks:\n" + robot + world(settings) +
+                    "  limp: {block: Constant, value: \"zeros(23, 1)\"}\nconnections:\n  limp: world.tau\n");
+        for (int k = 0; k < 3000; ++k)
+            if (!run.step()) throw std::runtime_error(run.simulation.failure());
+        return run.get("world.com")(2, 0);
+    };
+    EXPECT_LT(height_after_a_fall(""), 0);
+    EXPECT_GT(height_after_a_fall("    touching: all\n"), 0.02);
+}
+
 TEST(World, WarnsOfASnapshotOfAnotherWorld) {
     using blockfactory::core::Log;
     const auto model = [](const std::string& settings) {

@@ -29,6 +29,13 @@ class MujocoWorld final : public RobotBlock {
          .doc =
              "what the feet touch with: contact_points, or the <collision> shapes that the URDF gives them",
          .choices = {"points", "urdf"}}};
+    Argument<std::string> touching{
+        this,
+        "touching",
+        {.initial = "feet",
+         .doc = "what the ground carries: the feet alone, or all: the <collision> shapes of the other links, "
+                "too, so that a robot that falls comes to lie on it; takes longer to load and to step",
+         .choices = {"feet", "all"}}};
     Argument<Matrix> contact_points{
         this,
         "contact_points",
@@ -342,6 +349,7 @@ class MujocoWorld final : public RobotBlock {
             }
             options.feet.push_back(std::move(foot));
         }
+        options.lands = *touching == "all";
         options.ft_sensors = *ft_sensors;
         options.imu_frame = *imu_frame;
         options.push_links = *push_links;
@@ -381,11 +389,12 @@ void add_world(Library& library) {
         "It is also the robot that GetMeasurement, GetSensor, GetLimits and SetReferences around it use; "
         "with `tau` unconnected it "
         "follows what SetReferences sent last, by PID loops and motors whose gains SetLowLevelPID and "
-        "SetMotorParameters change in a run. The only contacts are those of the feet with the floor z = 0 "
-        "and "
-        "the terrain; "
-        "the start "
-        "pose stands on them. "
+        "SetMotorParameters change in a run. The only contacts are those of the feet, or with touching: all "
+        "of the whole robot, with the floor z = 0 and the terrain, none between links; the start pose stands "
+        "on the feet. Before the first step, what is of the last interval (torques, accelerations, the "
+        "accelerometer, wrenches of feet and force/torque sensors) is that of motors without torque: a value "
+        "to tare with is one of a later step. An effort of 0 in the URDF, as exporters write it, is no "
+        "limit. "
         "A link whose inertia no body can have receives the nearest possible one, and a moving one without "
         "mass "
         "a little, with a warning that names it. "

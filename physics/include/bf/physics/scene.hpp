@@ -142,14 +142,14 @@ class SceneSimulation {
 
     Readings readings(int robot) const noexcept;          ///< as Simulation::readings
     Readings readings_at_loops(int robot) const noexcept; ///< as Simulation::readings_at_loops
-    VectorView s(int robot) const noexcept { return readings(robot).s; }
-    VectorView s_dot(int robot) const noexcept { return readings(robot).s_dot; }
-    VectorView s_ddot(int robot) const noexcept { return readings(robot).s_ddot; }
-    VectorView tau(int robot) const noexcept { return readings(robot).tau; }
-    Matrix4View w_H_b(int robot) const noexcept; ///< pose of the base link, now
-    Vector6View v_b(int robot) const noexcept;   ///< velocity of the base link, mixed, now
-    Vector3View com(int robot) const noexcept;   ///< centre of mass, now
-    Vector3View imu_rpy(int robot) const noexcept;
+    VectorView s(int robot) const noexcept;               ///< of the readings
+    VectorView s_dot(int robot) const noexcept;
+    VectorView s_ddot(int robot) const noexcept;
+    VectorView tau(int robot) const noexcept;
+    Matrix4View w_H_b(int robot) const noexcept;       ///< pose of the base link, now
+    Vector6View v_b(int robot) const noexcept;         ///< velocity of the base link, mixed, now
+    Vector3View com(int robot) const noexcept;         ///< centre of mass, now
+    Eigen::Vector3d imu_rpy(int robot) const noexcept; ///< as Simulation::imu_rpy
     Vector3View gyro(int robot) const noexcept;
     Vector3View accelerometer(int robot) const noexcept;
     Vector6View ft_wrench(int robot, int i) const noexcept;                   ///< as Simulation::ft_wrench

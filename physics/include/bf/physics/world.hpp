@@ -126,7 +126,7 @@ class Simulation {
     Vector3View com() const noexcept;   ///< centre of mass of the robot in the world, now
 
     Matrix3View imu_rotation() const noexcept;  ///< w_R_imu, now, exact
-    Vector3View imu_rpy() const noexcept;       ///< w_R_imu = Rz(yaw) Ry(pitch) Rx(roll) (rad), now
+    Eigen::Vector3d imu_rpy() const noexcept;   ///< w_R_imu = Rz(yaw) Ry(pitch) Rx(roll) (rad), now
     Vector3View gyro() const noexcept;          ///< angular velocity in IMU axes, now
     Vector3View accelerometer() const noexcept; ///< acceleration minus gravity in IMU axes, last interval
 

@@ -126,7 +126,8 @@ struct RobotOptions {
     std::string base_link; ///< link that w_H_b describes; empty: the first link with inertia from the root
     bool floating_base = true;
 
-    std::vector<Foot> feet;         ///< the only parts of the robot that collide in a World
+    std::vector<Foot> feet; ///< the only parts of the robot that collide in a World, with the ground alone,
+    bool lands = false;     ///< unless all its <collision> shapes do, so that it comes to lie when it falls
     std::optional<Surface> surface; ///< of all shapes that collide; none: that of the floor
     std::vector<std::string>
         ft_sensors;        ///< fixed joint (or its child link) cut by a six-axis force/torque sensor

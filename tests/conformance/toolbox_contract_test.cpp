@@ -203,6 +203,7 @@ void randomise_inputs(Running& run, std::mt19937& random) {
         if (port.path.starts_with("w_H_")) {
             value.topLeftCorner(3, 3).setIdentity();
             value.row(3) << 0, 0, 0, 1;
+            if (port.path == "w_H_left") value(1, 3) += 0.7; // beside the right one
         }
         if (port.path == "step") value << 0.3 + uniform(random), 0.2, 0.5, 0.2, 0.5, 1, 3, 0; // of a walk
         run.set(port.path, value);

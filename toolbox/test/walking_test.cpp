@@ -312,11 +312,81 @@ TEST(Walking, BlocksRefuseStepsThatNoPlannerMade) {
     EXPECT_EQ(says({0.1, 0.2, 0.5, 0.2, 0.5, walking::Side::left, 2, false}, 0), "");
     expect_contains(says({-0.1, 0.2, 0.5, 0.2, 0.5, walking::Side::left, 2, false}, 0),
                     "plan: step is no step");
+    Running odd(text);
+    auto numbers = walking::Step{0.1, 0.2, 0.5, 0.2, 0.5, walking::Side::left, 2, false}.numbers();
+    numbers[6] = 1.5;
+    odd.set("step", numbers).set("footholds", Matrix::Zero(4, 4));
+    EXPECT_FALSE(odd.step());
+    expect_contains(odd.simulation.failure(), "plan: step is no step");
     expect_contains(says({0.1, 0.2, 0, 0.2, 0.5, walking::Side::left, 2, false}, 0), "plan: step is no step");
     expect_contains(says({0.1, 0.2, 0.5, 0.2, 0.5, walking::Side::left, 3, false}, 0),
                     "plan: the step plans 3 steps, but there are 4 footholds");
     expect_contains(says({0.1, 0.2, 0.5, 0.2, 0.5, walking::Side::left, 2, false}, std::nan("")),
                     "plan: footholds[1][1] is not finite");
+}
+
+TEST(FootstepPlanner, RefusesFeetThatDoNotStandSideBySideAndWalksThatAreNone) {
+    const auto says = [](const std::string& planner, const Matrix& left, const Matrix& right) {
+        Running run("model: m\nstep: 0.01\ninputs: {left: {shape: \"[4 4]\"}, right: {shape: \"[4 4]\"}}\n"
+                    "blocks: {x: {block: WholeBodyToolbox/FootstepPlanner" +
+                    planner +
+                    "}, still: {block: Constant, value: \"zeros(3, 1)\"}}\n"
+                    "connections: {left: x.w_H_left, right: x.w_H_right, still: x.command}\n");
+        run.set("left", left).set("right", right);
+        return run.step() ? "" : run.simulation.failure();
+    };
+    Matrix left = Matrix::Identity(4, 4), right = left, lying = left;
+    left(1, 3) = 0.07;
+    right(1, 3) = -0.07;
+    lying.topRows(3) << 1, 0, 0, 0, 0, 0, -1, 0.07, 0, 1, 0, 0;
+    EXPECT_EQ(says("", left, right), "");
+    expect_contains(says("", Matrix::Zero(4, 4), right), "x: w_H_left holds no rotation");
+    expect_contains(says("", left, Matrix::Zero(4, 4)), "x: w_H_right holds no rotation");
+    expect_contains(says("", lying, right), "x: w_H_left is no sole that stands");
+    expect_contains(says("", right, left), "x: w_H_left is not at the left of w_H_right");
+    expect_contains(says("", left, left), "x: w_H_left is not at the left of w_H_right");
+    expect_contains(says(", steps: 2.5", left, right), "x: steps is no whole number");
+    expect_contains(says(", width: 0.5", left, right), "x: width is not from min_width to max_width");
+}
+
+TEST(FootstepPlanner, TurnsTheWayThatItIsToldHoweverFast) {
+    for (const double rate : {0.5, 3.0, 3.8, 4.7, 6.2, 9.0})
+        for (const double way : {1.0, -1.0}) {
+            Running run(planned_walk(", max_turn: 0.3, steps: 6"));
+            run.set("command", Vector3(0, 0, way * rate));
+            for (int k = 0; k < 900; ++k) ASSERT_TRUE(run.step()) << run.simulation.failure();
+            const Matrix H = run.get("soles.w_H_left");
+            EXPECT_GT(way * std::atan2(H(1, 0), H(0, 0)), 0.4) << way * rate;
+        }
+}
+
+TEST(FootstepPlanner, ComesToItsGoalWithWhicheverFootIsAway) {
+    const auto stands = [](Running& run, double x, double y) {
+        const Vector3 left = position_of(run.get("soles.w_H_left")),
+                      right = position_of(run.get("soles.w_H_right"));
+        EXPECT_LT((0.5 * (left + right) - Vector3(x, y, 0)).norm(), 0.011);
+        EXPECT_LT((left - right - Vector3(0, 0.16, 0)).norm(), 0.011);
+        EXPECT_EQ(run.get("feet.step")(6, 0), 0) << "it stands";
+    };
+    // The left foot stands 10 cm ahead, and the right one, which is to move first, at the goal.
+    for (const std::string first : {"left", "right"}) {
+        std::string text = planned_walk(", follow: goal, first_foot: " + first);
+        text.replace(text.find("[1 0 0 0; 0 1 0 0.08"), 20, "[1 0 0 0.1; 0 1 0 0.08");
+        Running run(text);
+        for (int k = 0; k < 1000; ++k) ASSERT_TRUE(run.step()) << run.simulation.failure();
+        stands(run, first == "left" ? 0 : 0, 0);
+        EXPECT_EQ(run.scalar("feet.steps_done"), 1);
+    }
+    // A push moves each foothold in turn, that of the last step too.
+    for (const int instant : {150, 250, 350, 450, 550, 650, 750}) {
+        Running run(planned_walk(", follow: goal"));
+        run.set("command", Vector3(0.4, 0, 0));
+        for (int k = 0; k < 3000; ++k) {
+            run.set("shift", Eigen::Vector2d(0, k >= instant && k < instant + 20 ? 0.004 : 0.0));
+            ASSERT_TRUE(run.step()) << run.simulation.failure();
+        }
+        stands(run, 0.4, 0);
+    }
 }
 
 TEST(Walking, ContinuesASnapshotBitForBit) {

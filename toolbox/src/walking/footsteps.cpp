@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace bf::toolbox {
 
@@ -250,27 +251,39 @@ class FootstepPlanner final : public Block {
                        std::min(whole, at[max_forward] - length));
         return foothold;
     }
-    /// Where the foot at `moving` goes in step `number` (from 1) beside `stance`. False: it is there.
+    /// Where the foot at `moving` goes in step `number` (from 1) beside `stance`. False: it is there, up to
+    /// so many of the largest distances.
     bool next_step(Now at, const Foothold& moving, const Foothold& stance, Side side, double number,
-                   Foothold& target) const {
+                   Foothold& target, double tolerance = 1) const {
         if (number > at[steps]) return false;
         Vector3 motion = Vector3::Zero();
         if (number + 1 <= at[steps]) {
             motion = *follow == "goal" ? walking::motion_to(at[command], stance, side, at[width])
                                        : Vector3(at[command] * (at[double_support] + at[single_support]));
+            // Half a turn and more is the most in that direction, not less in the other one.
+            constexpr double most = 0.99 * std::numbers::pi;
+            motion[2] = std::clamp(motion[2], -most, most);
         }
         const Foothold wanted = walking::next_foothold(stance, side, at[width], motion);
         target = placed(at, wanted, stance, side);
-        return (target - moving).head<2>().norm() > near_m ||
-               std::abs(walking::wrapped(target[3] - moving[3])) > near_rad;
+        return (target - moving).head<2>().norm() > tolerance * near_m ||
+               std::abs(walking::wrapped(target[3] - moving[3])) > tolerance * near_rad;
     }
     /// The first step from where the feet of the plan stand, or none.
     void begin(Now at, Plan& plan, double landed, bool from_rest) const {
         Step& s = plan.step;
         Foothold target;
-        const bool goes_on =
-            next_step(at, plan.footholds.col(0), plan.footholds.col(1), s.stance, landed + 1, target);
-        if (!goes_on && from_rest) return; // and waits
+        auto lifted = plan.footholds.col(0), stance = plan.footholds.col(1);
+        bool goes_on = next_step(at, lifted, stance, s.stance, landed + 1, target);
+        if (!goes_on && from_rest) {
+            // It may be the other foot that has some way to go, as the one that landed last after a push.
+            // Where it lands is known less well than where it should.
+            const Side other = walking::other(s.stance);
+            if (!next_step(at, stance, lifted, other, landed + 1, target, 2)) return; // and waits
+            lifted.swap(stance);
+            s.stance = other;
+            goes_on = true;
+        }
         s.time = 0;
         s.from_rest = from_rest;
         s.ahead = goes_on ? 1 : 0;
@@ -280,9 +293,31 @@ class FootstepPlanner final : public Block {
         s.next_single_support = at[single_support];
         plan.footholds.col(2) = goes_on ? target : Foothold(plan.footholds.col(0));
     }
+    /// Do the soles lie, and the left one at the left of the right one?
+    Status check_start(Now at) const {
+        const Eigen::Matrix4d left = at[w_H_left], right = at[w_H_right];
+        for (const auto& [key, pose] : {std::pair{&w_H_left, &left}, {&w_H_right, &right}})
+            if ((*pose)(2, 2) < 0.5)
+                return Status::failure("{element} is no sole that stands: its z axis is more than 60 degrees "
+                                       "from upright; give the frame of a sole with z up",
+                                       *key, -1);
+        if ((right.topLeftCorner<3, 3>().transpose() * (left - right).topRightCorner<3, 1>()).y() > 0)
+            return ok;
+        return Status::failure("{element} is not at the left of w_H_right, along the y axis of that one; "
+                               "exchange the feet, or let their frames have x forwards and z up",
+                               w_H_left, -1);
+    }
     /// The step of the state, and the steps after it.
     Status make(Now at, Plan& plan) const {
         if (const Status good = all_finite(at, command, w_H_left, w_H_right); !good) return good;
+        if (const Status good = is_rotation(at, w_H_left); !good) return good;
+        if (const Status good = is_rotation(at, w_H_right); !good) return good;
+        if (at[steps] != std::floor(at[steps]))
+            return Status::failure("steps is no whole number; give one, or Inf");
+        if (at[width] < at[min_width] || at[width] > at[max_width])
+            return Status::failure(
+                "width is not from min_width to max_width; let the feet stand as far apart "
+                "as they may step");
         if (!reach(at).is_possible() || at[x][0] > at[x][1] || at[y][0] > at[y][1])
             return Status::failure("x or y goes from a larger to a smaller value; exchange them");
         Step& s = plan.step;
@@ -299,6 +334,7 @@ class FootstepPlanner final : public Block {
             plan.footholds.col(0) = walking::foothold_of(left ? at[w_H_right] : at[w_H_left]);
             plan.footholds.col(1) = walking::foothold_of(left ? at[w_H_left] : at[w_H_right]);
             plan.footholds.col(2) = plan.footholds.col(0);
+            if (const Status good = check_start(at); !good) return good;
         } else {
             plan.footholds.leftCols<3>() = at[feet];
         }
@@ -345,8 +381,7 @@ void add_footsteps(Library& library) {
         "reach; where there is "
         "no such place it stays where it "
         "was wanted. The walk ends after `steps`, at the goal, or at velocity zero, with the feet side "
-        "by "
-        "side. "
+        "by side, and goes on with either foot where one is then more than 2 cm or 0.1 rad away. "
         "`shift` moves the foothold of the foot in the air, within reach as well, but not over an edge; "
         "`delay` lets it land later or, below 0, earlier. "
         "Source: R. Siegwart, I. Nourbakhsh, Introduction to Autonomous Mobile Robots, 2004, ch. 3. "

@@ -39,9 +39,11 @@ class StepBlock : public Block {
     Status read(Now at, Step& now) const {
         if (const Status good = all_finite(at, footholds, step); !good) return good;
         if (!Step::read(at[step], now))
-            return Status::failure("{element} is no step: a time, a duration or a count is below zero, or "
-                                   "stance neither 1 nor 2; wire a FootstepPlanner",
-                                   step, -1);
+            return Status::failure(
+                "{element} is no step: a time, a duration or a count is below zero, a "
+                "count no whole number, stance neither 1 nor 2, or from_rest neither 0 nor "
+                "1; wire a FootstepPlanner",
+                step, -1);
         if (now.ahead + 2 > static_cast<int>(at[footholds].cols()) || at[footholds].cols() < 3)
             return Status::failure("the step plans {} steps, but there are {} footholds; wire those of the "
                                    "same FootstepPlanner",

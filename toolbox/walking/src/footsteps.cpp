@@ -56,7 +56,9 @@ bool Step::read(const Eigen::Ref<const Eigen::Matrix<double, size, 1>>& numbers,
     if (!numbers.allFinite() || !(numbers.head<5>().array() >= 0).all() || !(numbers[2] > 0) ||
         !(numbers[4] > 0))
         return false;
-    if ((numbers[5] != 1 && numbers[5] != 2) || numbers[6] < 0 || numbers[6] > 1e6) return false;
+    if ((numbers[5] != 1 && numbers[5] != 2) || numbers[6] < 0 || numbers[6] > 1e6 ||
+        numbers[6] != std::floor(numbers[6]) || (numbers[7] != 0 && numbers[7] != 1))
+        return false;
     step = {numbers[0],
             numbers[1],
             numbers[2],

@@ -134,6 +134,11 @@ TEST(Footsteps, AStepIsReadAsItWasWrittenAndNonsenseIsRefused) {
         numbers[i] = std::nan("");
         EXPECT_FALSE(Step::read(numbers, step)) << i;
     }
+    for (const int i : {6, 7}) { // a count and a truth
+        auto numbers = some_step(0.3).numbers();
+        numbers[i] = 0.5;
+        EXPECT_FALSE(Step::read(numbers, step)) << i;
+    }
 }
 
 TEST(Dcm, KeepsItsDynamicsAndIsContinuousOverAWholeWalk) {

@@ -224,6 +224,7 @@ TEST(SFunctionToolbox, RunsEveryBlockAsOurEngine) {
                 if (inputs[i].starts_with("w_H_")) {
                     value.topLeftCorner(3, 3).setIdentity();
                     value.row(3) << 0, 0, 0, 1;
+                    if (inputs[i] == "w_H_left") value(1, 3) += 0.7; // beside the right one
                 }
                 if (inputs[i] == "H") value = Matrix::Identity(size.rows, size.cols);
                 if (inputs[i] == "step") value << 0.1, 0.2, 0.6, 0.2, 0.6, 1, 2, 0; // of a walk

@@ -21,6 +21,13 @@ template <> constexpr const char* wanted<Value> = "anything";
 
 bool is_whole(double x) { return std::isfinite(x) && x == std::floor(x) && std::abs(x) < 2147483648.0; }
 
+/// Is what an int cannot hold a whole number all the same?
+template <class T> bool is_too_large(const Value& v) {
+    constexpr bool is_whole = std::is_same_v<T, int> || std::is_same_v<T, std::vector<int>>;
+    return is_whole && !v.data.empty() &&
+           std::ranges::all_of(v.data, [](double x) { return std::isfinite(x) && x == std::floor(x); });
+}
+
 bool read(const Value& v, double& to) {
     if (v.kind != Value::Kind::number || v.data.size() != 1) return false;
     to = v.data[0];
@@ -106,7 +113,8 @@ Argument<T>::Argument(Block* owner, const char* name, AboutArgument<T> about) : 
                                     [&](const auto& a) { return a.first == name; });
     if (given == owner->arguments_->end()) return;
     if (!read(given->second, value_)) {
-        owner->problem("argument '" + std::string(name) + "' must be " + wanted<T> + ", not " +
+        owner->problem("argument '" + std::string(name) + "' must be " + wanted<T> +
+                       (is_too_large<T>(given->second) ? " of less than 2^31" : "") + ", not " +
                        given->second.describe());
         return;
     }

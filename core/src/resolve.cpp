@@ -31,9 +31,21 @@ bool unify_extent(Resolution& r, const Slot& slot, const Extent& extent, int act
     int& value = r.dims[static_cast<std::size_t>(extent.dim)];
     if (rule && value < 0) value = rule(); // the rule goes before the wiring
     if (value == wanted) return false;
-    if (value >= 0)
+    if (value >= 0) {
+        // A parameter may be the one that is wrong, and is told by whoever finds it.
+        const auto has_decided = [&](const Slot& other) {
+            const auto tells = [&](const Extent& e, int length) {
+                return e.dim == extent.dim && length - e.plus == value;
+            };
+            return other.role == Role::parameter && &other != &slot && other.size_known &&
+                   other.size.count() > 1 && other.shape.symbol < 0 &&
+                   (tells(other.shape.rows, other.size.rows) || tells(other.shape.cols, other.size.cols));
+        };
+        const auto parameter = std::ranges::find_if(r.slots, has_decided);
         throw ResolutionError(label(slot) + " needs " + name + " = " + std::to_string(wanted) + ", but " +
-                              name + " is already " + std::to_string(value));
+                              name + " is already " + std::to_string(value) +
+                              (parameter == r.slots.end() ? "" : ", as " + label(*parameter) + " has it"));
+    }
     value = wanted;
     return true;
 }

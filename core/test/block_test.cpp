@@ -78,7 +78,7 @@ TEST(Argument, RefusesEveryWrongKind) {
     EXPECT_EQ(problem("number", text), "argument 'number' must be a number, not the text 'abc'");
     EXPECT_EQ(problem("number", matrix), "argument 'number' must be a number, not a 2x3 matrix");
     EXPECT_EQ(problem("whole", 2.5), "argument 'whole' must be a whole number, not 2.5");
-    EXPECT_EQ(problem("whole", 1e12), "argument 'whole' must be a whole number, not 1e+12");
+    EXPECT_EQ(problem("whole", 1e12), "argument 'whole' must be a whole number of less than 2^31, not 1e+12");
     EXPECT_EQ(problem("flag", 2), "argument 'flag' must be true or false, not 2");
     EXPECT_EQ(problem("mode", true), "argument 'mode' must be a text, not true");
     EXPECT_EQ(problem("matrix", text), "argument 'matrix' must be a matrix, not the text 'abc'");

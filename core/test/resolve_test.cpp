@@ -98,6 +98,26 @@ TEST(Give, DefaultsHaveTheSizeOfTheirElementsWhereNothingElseDecides) {
     EXPECT_EQ(other.resolution().slots[static_cast<std::size_t>(other.K.index())].size.text(), "[3]");
 }
 
+struct Weighted : Block {
+    using Block::Block;
+    Dim n{this, "n"};
+    Input<Vector> u{this, "u", {.shape = {n}}};
+    Parameter<Vector> w{this, "w", {.shape = {n}, .initial = {1}}};
+};
+
+TEST(Give, AParameterThatHasDecidedALengthIsNamedWhereItIsContradicted) {
+    Weighted block;
+    Resolution& r = block.resolution();
+    give(r, block.w.index(), value(2, 1));
+    try {
+        offer(r, block.u.index(), Size{3, 1, false});
+        propagate(block);
+        FAIL() << "taken";
+    } catch (const ResolutionError& error) {
+        EXPECT_STREQ(error.what(), "input 'u' needs n = 3, but n is already 2, as parameter 'w' has it");
+    }
+}
+
 TEST(Limits, OfATypeTellTheRemedyWhereSignalsDecidedIt) {
     Given block;
     Resolution& r = block.resolution();

@@ -241,6 +241,13 @@ TEST(LegOdometryBlock, RefusesWhatHasNoFeet) {
                     "x: 'l_foot_ft_sensor' is cut twice");
     expect_contains(with("ContactWrenches, contacts: \"{'hand'}\"", ""), "x: frame 'hand' is not a link");
     expect_contains(with("MomentumObserver, frames: \"{'hand'}\"", ""), "x: frame 'hand' is not a link");
+    const std::string twice = ", frames: \"{'l_sole', 'r_sole', 'l_sole'}\"";
+    expect_contains(with("LegOdometry" + twice, ""),
+                    "x: argument 'frames' names 'l_sole' twice; name it once");
+    expect_contains(with("ContactEKF" + twice, ""),
+                    "x: argument 'frames' names 'l_sole' twice; name it once");
+    expect_contains(with("MomentumObserver, frames: \"{'l_sole'}\", known: \"{'l_sole'}\"", ""),
+                    "x: arguments 'frames' and 'known' together names 'l_sole' twice");
 }
 
 TEST(ContactEkfBlock, FindsTheTiltOfARobotThatMovesAndItsBias) {

@@ -184,6 +184,9 @@ TEST(MpcBlock, RefusesAndStopsWithItsReasons) {
     expect_contains(slow.simulation.failure(), "no inputs within their bounds and rates keep the states");
     expect_contains(refusal(predicted(", limit_rates: true, du_min: 1, du_max: -1")), "du_max");
     expect_contains(refusal(predicted(", du_max: 1")), "du_max");
+    for (const std::string bound : {"u_min: Inf, u_max: Inf", "limit_rates: true, du_min: Inf, du_max: Inf",
+                                    "bounded: 1, x_min: Inf, x_max: Inf", "u_min: -Inf, u_max: -Inf"})
+        expect_contains(refusal(predicted(", " + bound)), ", but is ");
     for (const double wrong : {std::nan(""), std::numeric_limits<double>::infinity()}) {
         Running broken(predicted(", horizon: 5"));
         broken.set("r", Eigen::Vector2d(0, wrong));

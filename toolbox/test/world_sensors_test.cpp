@@ -96,6 +96,8 @@ TEST(WorldSensors, AreRefusedByName) {
     expect_contains(one("WorldContact, body: bal"), "x: the world has no body 'bal'; did you mean 'ball'?");
     expect_contains(one("WorldContact, body: ball, with: flor"), "x: the world has no body 'flor'");
     expect_contains(one("WorldContact, body: ball, pose: [1 2]"), "x: argument 'pose' is no pose");
+    expect_contains(one("WorldContact, body: ball, with: ball"),
+                    "x: argument 'with' names what the sensor is fixed to, which does not touch itself");
     expect_contains(one("WorldTactile, body: table, size: 1"),
                     "x: argument 'size' has 1 elements; give the lengths along x and y");
     for (const std::string angle : {"nan", "inf", "1e308"})

@@ -123,9 +123,10 @@ int main(int argc, char** argv) {
     app.set_help_flag("-h,--help", "print this help");
     app.get_formatter()->column_width(34);
     app.failure_message(usage_error);
-    app.footer(
-        "bf VERB --help tells more. Exit codes: 0 success, 1 failure, 2 wrong usage, 130 interrupted.\n"
-        "Example: bf run examples/icub_balancing/balancing.yaml --stop 5");
+    app.footer("bf VERB --help tells more. Exit codes: 0 success, 1 failure, 2 wrong usage, 130 interrupted, "
+               "but for bf "
+               "edit and bf view, which end so.\n"
+               "Example: bf run examples/icub_balancing/balancing.yaml --stop 5");
     for (const auto add :
          {add_run,    add_replay,   add_sweep,      add_check,     add_describe, add_plot,  add_film,
           add_export, add_generate, add_export_fmu, add_check_fmu, add_deploy,   add_draw,  add_diff,

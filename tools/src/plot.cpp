@@ -1,11 +1,13 @@
 // bf plot, bf export: look at a recording.
 #include "bf/recording/plot.hpp"
+#include "bf/base/escape.hpp"
 #include "bf/recording/export.hpp"
 #include "files.hpp"
 #include "terminal.hpp"
 #include "verbs.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <sstream>
 
@@ -87,6 +89,16 @@ std::vector<std::string> signals_of(const recording::Recording& r, const std::st
     return signals;
 }
 
+/// Says which panels stay empty.
+void tell_of_empty_panels(const recording::Figure& figure) {
+    for (const auto& panel : figure.panels)
+        if (std::ranges::none_of(panel.curves, [](const recording::Curve& curve) {
+                return std::ranges::any_of(curve.value, [](double y) { return std::isfinite(y); });
+            }))
+            std::fprintf(stderr, "%s has no finite value: its panel is empty\n",
+                         escape::terminal(panel.title).c_str());
+}
+
 void plot(const PlotOptions& options) {
     const auto r = load_recording(options.recording);
     recording::Figure figure;
@@ -117,6 +129,7 @@ void plot(const PlotOptions& options) {
                                    ? fs::path(options.recording).replace_extension(".png").string()
                                    : options.output;
     refuse_overwriting({{"-o", output}}, {options.recording});
+    tell_of_empty_panels(figure);
     const Waiting waiting("drawing " + output);
     OutputFile file(output);
     recording::save(figure, file.path(), options.width, options.height);

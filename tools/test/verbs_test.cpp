@@ -265,6 +265,15 @@ TEST_F(Verbs, PlotDrawsThePanelsOfTheModelOrTheSignalsNamed) {
     EXPECT_EQ(files(), "run.mcap run.png sine.yaml two.svg");
 }
 
+TEST_F(Verbs, PlotTellsWhichPanelsStayEmpty) {
+    write("empty.yaml", "model: m\nstep: 0.1\nstop: 1\nblocks:\n  zero: {block: Constant, value: 0}\n"
+                        "  none: {block: Gain, K: Inf}\nconnections: {zero: none}\n");
+    ASSERT_EQ(bf("run empty.yaml --record run.mcap").code, 0);
+    const auto drawn = bf("plot run.mcap zero none");
+    EXPECT_EQ(drawn.code, 0);
+    EXPECT_EQ(drawn.err, "none has no finite value: its panel is empty\n");
+}
+
 TEST_F(Verbs, PlotDashesOnlyWhatIsNamedAReference) {
     write("follow.yaml", R"m(model: m
 step: 0.1

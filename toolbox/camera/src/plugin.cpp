@@ -22,8 +22,12 @@ class WorldCamera final : public Block {
         "pose",
         {.initial = Matrix::Identity(4, 4),
          .doc = "of the camera in the body, 4 x 4: x to the right of the picture, y down, z ahead"}};
-    Argument<int> width{
-        this, "width", {.initial = 320, .minimum = 1, .maximum = 8192, .doc = "pixels in a row"}};
+    Argument<int> width{this,
+                        "width",
+                        {.initial = 320,
+                         .minimum = 1,
+                         .maximum = 8192,
+                         .doc = "pixels in a row; with height at most 9e6 in all"}};
     Argument<int> height{this, "height", {.initial = 240, .minimum = 1, .maximum = 8192, .doc = "rows"}};
     Argument<double> field_of_view{
         this, "field_of_view", {.initial = 0.8, .above = 0, .maximum = 2.9, .doc = "vertical, rad"}};
@@ -31,7 +35,9 @@ class WorldCamera final : public Block {
     Argument<bool> with_depth{this, "with_depth", {.initial = false, .doc = "give depths"}};
     Argument<bool> with_segmentation{this, "with_segmentation", {.initial = false, .doc = "give bodies"}};
     Argument<double> range{
-        this, "range", {.initial = 10, .above = 0, .doc = "farthest depth, m; what is behind has it"}};
+        this,
+        "range",
+        {.initial = 10, .above = 0, .maximum = 1e10, .doc = "farthest depth, m; what is behind has it"}};
     Argument<std::vector<double>> depth_noise{
         this,
         "depth_noise",
@@ -97,6 +103,9 @@ class WorldCamera final : public Block {
   private:
     physics::Frame frame() const { return world->scene->frame(*body, *pose); }
     physics::CameraOptions options() const {
+        if (!with_colour && !with_depth && !with_segmentation)
+            throw std::runtime_error("the camera gives nothing; let with_colour, with_depth or "
+                                     "with_segmentation be true");
         if (depth_noise->size() != 2)
             throw std::runtime_error("argument 'depth_noise' has " + std::to_string(depth_noise->size()) +
                                      " elements; give a and b of a + b z^2");

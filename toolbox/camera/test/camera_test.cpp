@@ -169,6 +169,8 @@ TEST(WorldCamera, IsRefusedByName) {
     expect_contains(refusal(model(", with_depth: true, depth_noise: 1")),
                     "argument 'depth_noise' has 1 elements; give a and b of a + b z^2");
     expect_contains(refusal(model(", seed: -1")), "'seed'");
+    expect_contains(refusal(model(", range: Inf")), "argument 'range' must be");
+    expect_contains(refusal(model(", with_colour: false")), "the camera gives nothing; let with_colour");
     std::string large = model("");
     large.replace(large.find("width: 160, height: 120"), 23, "width: 8192, height: 8192");
     expect_contains(refusal(large), "width times height is 6.71089e+07; it must be at most 9e6 pixels");

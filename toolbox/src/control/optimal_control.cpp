@@ -108,7 +108,10 @@ class PredictiveControl final : public Block {
     Argument<std::string> solver{
         this,
         "solver",
-        {.initial = "daqp", .doc = "daqp: exact; osqp: to a tolerance of 1e-5", .choices = {"daqp", "osqp"}}};
+        {.initial = "daqp",
+         .doc = "daqp: exact; osqp: until residuals and gradient are below 1e-5, absolute "
+                "and relative: u may be off by 1e-2 where the cost is flat",
+         .choices = {"daqp", "osqp"}}};
     Argument<std::string> terminal{
         this,
         "terminal",
@@ -151,14 +154,18 @@ class PredictiveControl final : public Block {
         this,
         "P",
         {.shape = {n, n}, .unit = mixed_units, .doc = "cost of the last state", .present = *terminal == "P"}};
-    Parameter<Vector> u_min{
-        this,
-        "u_min",
-        {.shape = {m}, .initial = {-bf::Limits::infinity}, .unit = any_unit, .doc = "of the inputs"}};
+    Parameter<Vector> u_min{this,
+                            "u_min",
+                            {.shape = {m},
+                             .initial = {-bf::Limits::infinity},
+                             .maximum = largest,
+                             .unit = any_unit,
+                             .doc = "of the inputs"}};
     Parameter<Vector> u_max{this,
                             "u_max",
                             {.shape = {m},
                              .initial = {bf::Limits::infinity},
+                             .minimum = -largest,
                              .at_least = u_min.index(),
                              .unit = any_unit,
                              .doc = "of the inputs"}};
@@ -166,6 +173,7 @@ class PredictiveControl final : public Block {
                              "du_min",
                              {.shape = {m},
                               .initial = {-bf::Limits::infinity},
+                              .maximum = largest,
                               .unit = any_unit,
                               .doc = "of u(k) - u(k-1)",
                               .present = limit_rates}};
@@ -173,6 +181,7 @@ class PredictiveControl final : public Block {
                              "du_max",
                              {.shape = {m},
                               .initial = {bf::Limits::infinity},
+                              .minimum = -largest,
                               .at_least = du_min.index(),
                               .unit = any_unit,
                               .doc = "of u(k) - u(k-1)",
@@ -181,6 +190,7 @@ class PredictiveControl final : public Block {
                             "x_min",
                             {.shape = {c},
                              .initial = {-bf::Limits::infinity},
+                             .maximum = largest,
                              .unit = any_unit,
                              .doc = "of the bounded states",
                              .present = has_bounds()}};
@@ -188,6 +198,7 @@ class PredictiveControl final : public Block {
                             "x_max",
                             {.shape = {c},
                              .initial = {bf::Limits::infinity},
+                             .minimum = -largest,
                              .at_least = x_min.index(),
                              .unit = any_unit,
                              .doc = "of the bounded states",

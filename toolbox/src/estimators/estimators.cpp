@@ -7,6 +7,7 @@
 
 #include <Eigen/Geometry>
 
+#include <algorithm>
 #include <cmath>
 
 namespace bf::toolbox {
@@ -21,6 +22,13 @@ void find_frames(const dynamics::Model& model, const std::vector<std::string>& n
                  std::vector<dynamics::Frame>& frames) {
     frames.clear();
     for (const std::string& name : names) frames.push_back(model.frame(name));
+}
+
+/// Does not let a frame be named twice, whose measurement would count twice.
+void refuse_twice(const Inference& inference, const char* argument, const std::vector<std::string>& names) {
+    for (auto name = names.begin(); name != names.end(); ++name)
+        if (std::find(names.begin(), name, *name) != name)
+            inference.refuse(std::string(argument) + " names '" + *name + "' twice; name it once");
 }
 
 /// Number of the frame in contact with the largest value, from 0; -1: there is none.
@@ -93,10 +101,13 @@ class MomentumObserver final : public VelocityBlock {
                                              Vector::Zero(6 * static_cast<Eigen::Index>(frames_.size()))};
                            }};
 
-    void infer(Inference&) const override {
+    void infer(Inference& inference) const override {
         if (!robot.is_bound()) return;
         find_frames(model(), *frames, frames_);
         find_frames(model(), *known, known_);
+        auto all = *frames;
+        all.insert(all.end(), known->begin(), known->end());
+        refuse_twice(inference, "arguments 'frames' and 'known' together", all);
     }
     Status evaluate(Now at, Out out) const noexcept override {
         if (!(at.period() > 0)) return Status::failure("a continuous block has no period; give it one");
@@ -236,6 +247,7 @@ class LegOdometry final : public RobotBlock {
 
     void infer(Inference& inference) const override {
         if (frames->empty()) inference.refuse("argument 'frames' is empty; name the frames that stand");
+        refuse_twice(inference, "argument 'frames'", *frames);
         if (!robot.is_bound()) return;
         refuse_fixed_base(inference, model());
         find_frames(model(), *frames, frames_);
@@ -444,6 +456,7 @@ class ContactEKF final : public RobotBlock {
 
     void infer(Inference& inference) const override {
         if (frames->empty()) inference.refuse("argument 'frames' is empty; name the frames that stand");
+        refuse_twice(inference, "argument 'frames'", *frames);
         imu.resolve(robot);
         if (!robot.is_bound()) return;
         refuse_fixed_base(inference, model());

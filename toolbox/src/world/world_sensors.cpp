@@ -11,7 +11,8 @@ namespace bf::toolbox {
 
 namespace {
 
-constexpr const char* body_doc = "what the sensor is fixed to: an object, or ROBOT/LINK";
+constexpr const char* body_doc =
+    "what the sensor is fixed to: an object, or ROBOT/LINK; none: the world, with its floor";
 constexpr const char* pose_doc = "of the sensor in the body, 4 x 4";
 
 class WorldRays final : public Block {
@@ -109,6 +110,10 @@ class WorldContact final : public Block, public ContactSensor {
             found.with = -1;
         else if (!with->empty())
             found.with = scene().frame(*with).body;
+        if (found.with == found.frame.body)
+            throw std::runtime_error(
+                "argument 'with' names what the sensor is fixed to, which does not touch "
+                "itself; name another one, or none for all that touches it");
         return found;
     }
 };

@@ -347,6 +347,9 @@ TEST(FootstepPlanner, RefusesFeetThatDoNotStandSideBySideAndWalksThatAreNone) {
     expect_contains(says("", left, left), "x: w_H_left is not at the left of w_H_right");
     expect_contains(says(", steps: 2.5", left, right), "x: steps is no whole number");
     expect_contains(says(", width: 0.5", left, right), "x: width is not from min_width to max_width");
+    expect_contains(says(", y: [1 -1]", left, right), "x: y goes from a larger to a smaller value");
+    expect_contains(refusal(planned_walk(", min_single_support: 2, max_single_support: 1")),
+                    "max_single_support");
 }
 
 TEST(FootstepPlanner, TurnsTheWayThatItIsToldHoweverFast) {

@@ -105,6 +105,7 @@ class FootstepPlanner final : public Block {
                                          {.initial = {1},
                                           .minimum = 0,
                                           .maximum = largest,
+                                          .at_least = min_single_support.index(),
                                           .unit = unit<"s">,
                                           .doc = "to which delay may lengthen it"}};
     Parameter<double> width{
@@ -318,8 +319,10 @@ class FootstepPlanner final : public Block {
             return Status::failure(
                 "width is not from min_width to max_width; let the feet stand as far apart "
                 "as they may step");
-        if (!reach(at).is_possible() || at[x][0] > at[x][1] || at[y][0] > at[y][1])
-            return Status::failure("x or y goes from a larger to a smaller value; exchange them");
+        if (at[x][0] > at[x][1])
+            return Status::failure("x goes from a larger to a smaller value; exchange them");
+        if (at[y][0] > at[y][1])
+            return Status::failure("y goes from a larger to a smaller value; exchange them");
         Step& s = plan.step;
         if (!Step::read(at[now], s)) { // the first step of the block
             s = {0,

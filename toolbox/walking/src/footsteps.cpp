@@ -168,7 +168,7 @@ bool Ground::settle(Foothold& foothold, const Sole& sole, double clearance, doub
             return true;
         }
     }
-    is_level(foothold, sole, clearance, height);
+    is_level(foothold, sole, 0, height); // it stands on what is below it, not on what is near
     foothold[2] = height;
     return false;
 }

@@ -117,6 +117,9 @@ TEST(Footsteps, SettleOnTheGroundBesideItsEdges) {
     foot = {0.25, 0, 0, 0};
     EXPECT_FALSE(ground.settle(foot, sole, 0.02, 0.05, 0.05));
     EXPECT_LT((foot - Foothold(0.25, 0, 0.03, 0)).norm(), 1e-12); // stays, on what is highest
+    foot = {0.195, 0, 0, 0};
+    EXPECT_FALSE(ground.settle(foot, sole, 0.02, 0.005, 0.005));
+    EXPECT_EQ(foot, Foothold(0.195, 0, 0, 0)) << "the edge is near, but not below it";
 
     EXPECT_THROW(Ground(Eigen::MatrixXd::Ones(1, 5)), std::invalid_argument);
     boxes(0, 4) = -1;

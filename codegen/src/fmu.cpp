@@ -77,6 +77,7 @@ std::vector<double> elements_of(const std::vector<double>& initial, std::size_t 
 
 FmuCode Generator::fmu(int version) {
     FmuCode code;
+    has_model_exchange_ = true;
     for (auto& [name, text] : run())
         if (!name.starts_with("include/") && name != "main.cpp" && !name.starts_with(file_ + "_c.") &&
             (name.ends_with(".hpp") || name.ends_with(".cpp")))
@@ -156,6 +157,36 @@ FmuCode Generator::fmu(int version) {
     for (const auto& signal : recorded_rows())
         add(of_slot(FmuVariable::Role::signal, signal.path, signal.end), "bf_run_signals", row++);
 
+    row = 0;
+    std::vector<FmuVariable> rates;
+    for (const auto& field : continuous_) {
+        auto state = of_slot(FmuVariable::Role::state, field.path, field.end);
+        state.rows *= state.cols; // elements in the order of the solver
+        state.cols = 1;
+        state.start.clear();
+        FmuVariable rate = state;
+        rate.role = FmuVariable::Role::rate;
+        rate.name = "der(" + state.name + ")";
+        rate.unit.clear();
+        rate.doc = "derivative of " + state.name;
+        add(std::move(state), "bf::generated::fmu_states", row++);
+        rates.push_back(std::move(rate));
+    }
+    row = 0;
+    for (auto& rate : rates) add(std::move(rate), "bf::generated::fmu_rates", row++);
+    if (guard_count() > 0)
+        add({FmuVariable::Role::crossings,
+             "event_indicators",
+             "",
+             "zero-crossing functions",
+             Type::float64,
+             guard_count(),
+             1,
+             {},
+             {},
+             {}},
+            "bf::generated::fmu_crossings", 0);
+
     const std::string standard = "fmu" + std::to_string(version);
     std::uint64_t hash = fnv1a({});
     for (const auto& [name, text] : code.files) hash = fnv1a(std::as_bytes(std::span(text)), hash);
@@ -165,12 +196,13 @@ FmuCode Generator::fmu(int version) {
     code.token = std::string("{bf-") + digits + "}";
     code.files[file_ + "_fmu.cpp"] =
         "// " + comment(diagram_.name) + " as an FMU of FMI " + std::to_string(version) +
-        ".0.\n#include \"bf/codegen/" + standard +
+        ".0.\n#include \"bf/codegen/" + standard + ".hpp\"\n#include \"" + file_ +
         ".hpp\"\n\nextern \"C\" const bf_run_library* bf_run_v1(void);\n\n"
         "static constexpr bf::generated::FmuVariable rows[] = {\n" +
         (rows.empty() ? "    {bf_run_inputs, 0, false}, // none: not counted\n" : rows) +
         "};\nconst bf::generated::FmuTables bf::generated::fmu_tables{bf_run_v1, " + literal(code.token) +
-        ", rows, " + std::to_string(code.variables.size()) + "};\n";
+        ", rows, " + std::to_string(code.variables.size()) + ", &bf::generated::ExchangeOf<" + class_ +
+        ">::functions};\n";
     Files headers;
     for (const auto& [name, text] : code.files) {
         if (name.ends_with(".cpp")) code.sources.push_back(name);

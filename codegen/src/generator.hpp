@@ -123,6 +123,7 @@ class Generator {
         std::string outputs, again, inside; ///< by pass
         int inner_statements = 0;           ///< that the solver evaluates inside a step
         std::string update;                 ///< statements
+        std::string commit;                 ///< the same without the integration
         struct Task {
             std::string name, outputs, update;
         };
@@ -176,6 +177,12 @@ class Generator {
     /// Adds to what is called there.
     void print_outputs(const program::Statements& outputs, Calls& calls);
     std::string update_body(const program::Statements& update);
+    // Of a model whose solver is the caller's.
+    bool is_sampled(const Calls& calls) const;
+    /// A model without events computes again what is continuous, too.
+    void go_on_between_steps(program::Statements& outputs) const;
+    std::string exchange_declarations(const Calls& calls) const;
+    std::string exchange_functions(const Calls& calls);
     /// Outputs and updates, of all or of each task.
     void print_step(Calls& calls);
     /// The functions that one task consists of, behind each other.
@@ -257,6 +264,7 @@ class Generator {
 
     const Diagram& diagram_;
     Options options_;
+    bool has_model_exchange_ = false; ///< functions by which a solver of the caller integrates the model
     std::string flatten_ = "[[gnu::flatten]] "; ///< before a function that kernels are joined into
     std::string control_ = "control_.", step_time_ = "time_"; ///< before what controls a step; of this step
     std::string time_ = step_time_;                           ///< of what is printed

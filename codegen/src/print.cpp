@@ -197,8 +197,8 @@ std::string Generator::header(const Calls& calls) const {
         "Quantities recorded_table() " + end + "    /// Values that the model reports at its end.\n    " +
         table + "Quantities check_table() " + end + has_fired() +
         "    void* data(const bf::generated::Quantity& quantity) noexcept;\n"
-        "    const void* data(const bf::generated::Quantity& quantity) const noexcept;\n\n"
-        "  private:\n";
+        "    const void* data(const bf::generated::Quantity& quantity) const noexcept;\n" +
+        exchange_declarations(calls) + "\n  private:\n";
     if (!workspace_.empty())
         text +=
             structure("Workspace", "Memory of kernels; means nothing between two steps.", workspace_, false);
@@ -307,7 +307,7 @@ std::string Generator::main_source(const Calls& calls) {
             "; }\n\n// What follows from variables.\nbool " + class_ + "::follow() noexcept { return " +
             calls.follow + "; }\n\n";
     if (has_continuous_states()) text += integration(calls);
-    text += procedure_functions() + task_functions(calls);
+    text += procedure_functions() + task_functions(calls) + exchange_functions(calls);
     if (!guards_.empty()) text += crossings_functions(calls);
     text += "bool " + class_ +
             "::fail(const char* block, const char* text) noexcept {\n"

@@ -73,8 +73,14 @@ std::string Generator::time_inside() const { return time_of(is_split() ? program
 
 void Generator::print_step(Calls& calls) {
     if (!is_split()) {
-        print_outputs(program_.outputs, calls);
-        calls.update = update_body(program_.update);
+        auto outputs = program_.outputs;
+        if (has_model_exchange_ && program_.watched.empty()) go_on_between_steps(outputs);
+        print_outputs(outputs, calls);
+        auto kept = program_.update;
+        const bool integrates = !kept.empty() && kept.back().kind == program::Statement::Kind::integrate;
+        if (integrates) kept.pop_back();
+        calls.commit = update_body(kept);
+        calls.update = calls.commit + (integrates ? indented(text_of(program_.update.back()), 4) : "");
         return;
     }
     for (const auto& task : program_.tasks) {

@@ -335,10 +335,10 @@ void Reader::read_structure(const Element* root) {
              d_.derivatives);
         read(list->FirstChildElement("InitialUnknown"), "InitialUnknown", d_.initial_unknowns);
         for (const auto* e = list->FirstChildElement("EventIndicator"); e;
-             e = e->NextSiblingElement("EventIndicator"))
-            d_.event_indicators += d_.variables[static_cast<std::size_t>(variable_of(
-                                                    e, "valueReference", needed(e, "valueReference")))]
-                                       .count();
+             e = e->NextSiblingElement("EventIndicator")) {
+            d_.indicators.push_back(variable_of(e, "valueReference", needed(e, "valueReference")));
+            d_.event_indicators += d_.variables[static_cast<std::size_t>(d_.indicators.back())].count();
+        }
     } else {
         const auto group = [&](const char* name, std::vector<Unknown>& to) {
             if (const auto* all = list->FirstChildElement(name))

@@ -136,9 +136,12 @@ std::string interface(const Description& d, const Interface& its, bool is_co_sim
            (is_co_simulation ? "CoSimulation" : "ModelExchange") + ">\n";
 }
 
+bool is_derivative(const std::string& name) { return name.starts_with("der(") && name.back() == ')'; }
+
 } // namespace
 
 std::string structured_name(const std::string& path) {
+    if (is_derivative(path)) return "der(" + structured_name(path.substr(4, path.size() - 5)) + ")";
     std::string name;
     const auto add = [&](const std::string& part) {
         bool is_plain = !part.empty() && !std::isdigit(static_cast<unsigned char>(part.front()));
@@ -184,7 +187,8 @@ Description scalars_of(const Description& description) {
                 place = std::to_string(k % size + 1) + (place.empty() ? "" : "," + place);
                 k /= size;
             }
-            if (!place.empty()) one.name += "[" + place + "]";
+            if (!place.empty())
+                one.name.insert(one.name.size() - (is_derivative(v.name) ? 1 : 0), "[" + place + "]");
             if (v.derivative_of >= 0)
                 one.derivative_of = first[static_cast<std::size_t>(v.derivative_of)] + i;
             d.variables.push_back(std::move(one));
@@ -251,6 +255,8 @@ std::string to_xml(const Description& d) {
     list("Outputs", "Output", d.outputs);
     list("Derivatives", "ContinuousStateDerivative", d.derivatives);
     list("InitialUnknowns", "InitialUnknown", d.initial_unknowns);
+    for (const int number : is_2 ? std::vector<int>() : d.indicators)
+        text += unknown(d, "EventIndicator", {number});
     return text + "  </ModelStructure>\n</fmiModelDescription>\n";
 }
 

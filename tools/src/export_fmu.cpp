@@ -79,6 +79,9 @@ fmi::Variable variable_of(const codegen::FmuVariable& v, std::uint32_t reference
         its.variability = fmi::Variability::tunable;
         its.initial = fmi::Initial::calculated;
         break;
+    case Role::crossings:
+    case Role::state:
+    case Role::rate:
     case Role::output:
     case Role::signal:
         its.causality = v.role == Role::output ? fmi::Causality::output : fmi::Causality::local;
@@ -101,10 +104,15 @@ fmi::Description description_of(const LoadedModel& loaded, const codegen::FmuCod
                                      .takes_any_step = true,
                                      .returns_early = true,
                                      .internal_step = diagram.step};
-    d.co_simulation->sources = code.sources;
+    d.model_exchange = fmi::Interface{.identifier = code.identifier,
+                                      .has_state = true,
+                                      .can_serialize = true,
+                                      .needs_completed_step = false};
+    d.co_simulation->sources = d.model_exchange->sources = code.sources;
     d.variables.push_back(
         {.name = "time", .unit = "s", .doc = "simulated time", .causality = fmi::Causality::independent});
     std::map<std::string, int> inputs;
+    std::vector<int> states;
     for (const auto& v : code.variables) {
         const auto number = static_cast<int>(d.variables.size());
         if (v.role == Role::input) inputs[v.name] = number;
@@ -113,8 +121,17 @@ fmi::Description description_of(const LoadedModel& loaded, const codegen::FmuCod
             for (const auto& input : v.inputs) output.dependencies->push_back(inputs.at(input));
             d.outputs.push_back(output);
         }
-        if (v.role == Role::output || v.role == Role::calculated) d.initial_unknowns.push_back({number});
+        if (v.role == Role::state) states.push_back(number);
+        if (v.role == Role::rate) d.derivatives.push_back({number});
+        if (v.role == Role::crossings) {
+            d.indicators.push_back(number);
+            d.event_indicators = v.rows;
+        }
+        if (v.role != Role::input && v.role != Role::parameter && v.role != Role::signal &&
+            v.role != Role::crossings)
+            d.initial_unknowns.push_back({number});
         d.variables.push_back(variable_of(v, static_cast<std::uint32_t>(number)));
+        if (v.role == Role::rate) d.variables.back().derivative_of = states[d.derivatives.size() - 1];
     }
     return version == 2 ? fmi::scalars_of(d) : d;
 }
@@ -135,9 +152,9 @@ std::string page(const LoadedModel& loaded, const fmi::Description& d) {
     std::string text = "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>" +
                        escape::xml(d.name) + "</title></head><body>\n<h1>" + escape::xml(d.name) +
                        "</h1>\n<p>An FMU of FMI " + std::to_string(d.version) +
-                       ".0 for co-simulation, made by " + escape::xml(d.tool) + " from the model " +
-                       escape::xml(loaded.source.file.filename().string()) + ". It steps every " +
-                       number(*d.step) +
+                       ".0 for co-simulation and model exchange, made by " + escape::xml(d.tool) +
+                       " from the model " + escape::xml(loaded.source.file.filename().string()) +
+                       ". It steps every " + number(*d.step) +
                        " s; between two of its steps outputs keep their values.</p>\n"
                        "<p><img src=\"diagram.svg\" alt=\"block diagram\"></p>\n"
                        "<table>\n<tr><th>variable</th><th>size</th><th>unit</th><th>what</th></tr>\n";
@@ -255,8 +272,9 @@ void execute(const ExportOptions& options) {
                 compiled(code, target, sources);
     }
     fmi::write_archive(contents, output);
-    std::printf("%s: FMI %d.0, co-simulation, %zu variables, steps of %s s\n", output.c_str(),
-                options.version, description.variables.size(), number(loaded.diagram.step).c_str());
+    std::printf("%s: FMI %d.0, co-simulation and model exchange, %zu variables, steps of %s s\n",
+                output.c_str(), options.version, description.variables.size(),
+                number(loaded.diagram.step).c_str());
 }
 
 } // namespace

@@ -16,7 +16,10 @@ struct FmuVariable {
         output,
         parameter,  ///< a parameter or variable of the model that may be changed while it runs
         calculated, ///< one that follows from variables of the model
-        signal      ///< that the model records
+        signal,     ///< that the model records
+        state,      ///< a continuous one, as a vector; of model exchange
+        rate,       ///< its derivative; they stand behind the states, in their order
+        crossings   ///< the zero-crossing functions, at most one vector of them
     };
     Role role;
     std::string name, unit, doc;

@@ -150,14 +150,12 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
     using namespace bf::generated;
     if (!callbacks) return nullptr;
     try {
-        auto instance =
-            std::make_unique<FmuInstance>(fmu_tables, name, bf::fmi::CallOrder(2, true, false), fmu2::log);
+        auto instance = std::make_unique<FmuInstance>(
+            fmu_tables, name, bf::fmi::CallOrder(2, type == fmi2CoSimulation, false), fmu2::log);
         instance->callback = reinterpret_cast<void (*)(void)>(callbacks->logger);
         instance->environment = callbacks->componentEnvironment;
         instance->is_logging = logging;
-        if (type != fmi2CoSimulation)
-            instance->fail("this FMU is for co-simulation");
-        else if (!guid || std::strcmp(guid, fmu_tables.token) != 0)
+        if (!guid || std::strcmp(guid, fmu_tables.token) != 0)
             instance->fail("the GUID is not that of this FMU");
         else if (instance->open())
             return instance.release();
@@ -264,6 +262,79 @@ fmi2Status fmi2GetBooleanStatus(fmi2Component handle, const fmi2StatusKind kind,
                                      });
 }
 
+// Model exchange.
+fmi2Status fmi2EnterEventMode(fmi2Component handle) {
+    return bf::generated::fmu2::call(handle, bf::fmi::Call::enter_event_mode, "fmi2EnterEventMode",
+                                     [](auto&) { return true; });
+}
+fmi2Status fmi2NewDiscreteStates(fmi2Component handle, fmi2EventInfo* info) {
+    return bf::generated::fmu2::run(handle, bf::fmi::Call::update_discrete_states, "fmi2NewDiscreteStates",
+                                    [&](auto& instance) {
+                                        *info = {};
+                                        bool has_jumped = false;
+                                        if (!instance.handle_event(has_jumped)) return false;
+                                        info->valuesOfContinuousStatesChanged = has_jumped;
+                                        info->nextEventTimeDefined = instance.has_next_event();
+                                        info->nextEventTime = instance.next_event();
+                                        return true;
+                                    });
+}
+fmi2Status fmi2EnterContinuousTimeMode(fmi2Component handle) {
+    return bf::generated::fmu2::call(handle, bf::fmi::Call::enter_continuous_time,
+                                     "fmi2EnterContinuousTimeMode", [](auto&) { return true; });
+}
+fmi2Status fmi2CompletedIntegratorStep(fmi2Component handle, fmi2Boolean, fmi2Boolean* enter_event_mode,
+                                       fmi2Boolean* terminate) {
+    return bf::generated::fmu2::call(handle, bf::fmi::Call::completed_integrator_step,
+                                     "fmi2CompletedIntegratorStep", [&](auto&) {
+                                         *enter_event_mode = *terminate = false;
+                                         return true;
+                                     });
+}
+fmi2Status fmi2SetTime(fmi2Component handle, fmi2Real time) {
+    return bf::generated::fmu2::call(handle, bf::fmi::Call::set_time, "fmi2SetTime", [&](auto& instance) {
+        instance.set_time(time);
+        return true;
+    });
+}
+fmi2Status fmi2SetContinuousStates(fmi2Component handle, const fmi2Real* values, size_t count) {
+    return bf::generated::fmu2::call(handle, bf::fmi::Call::set_continuous_states, "fmi2SetContinuousStates",
+                                     [&](auto& instance) {
+                                         if (!instance.has_count(count, instance.exchange().continuous_count))
+                                             return false;
+                                         instance.set_states(values);
+                                         return true;
+                                     });
+}
+fmi2Status fmi2GetContinuousStates(fmi2Component handle, fmi2Real* values, size_t count) {
+    return bf::generated::fmu2::call(
+        handle, bf::fmi::Call::get_continuous, "fmi2GetContinuousStates", [&](auto& instance) {
+            return instance.has_count(count, instance.exchange().continuous_count) &&
+                   instance.get_states(values);
+        });
+}
+fmi2Status fmi2GetDerivatives(fmi2Component handle, fmi2Real* values, size_t count) {
+    return bf::generated::fmu2::run(
+        handle, bf::fmi::Call::get_continuous, "fmi2GetDerivatives", [&](auto& instance) {
+            return instance.has_count(count, instance.exchange().continuous_count) &&
+                   instance.get_rates(values);
+        });
+}
+fmi2Status fmi2GetEventIndicators(fmi2Component handle, fmi2Real* values, size_t count) {
+    return bf::generated::fmu2::run(handle, bf::fmi::Call::get_continuous, "fmi2GetEventIndicators",
+                                    [&](auto& instance) {
+                                        return instance.has_count(count, instance.exchange().guard_count) &&
+                                               instance.compute_crossings(values);
+                                    });
+}
+fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component handle, fmi2Real* values, size_t count) {
+    return bf::generated::fmu2::call(
+        handle, bf::fmi::Call::get_nominals, "fmi2GetNominalsOfContinuousStates", [&](auto& instance) {
+            std::fill(values, values + count, 1.0);
+            return instance.has_count(count, instance.exchange().continuous_count);
+        });
+}
+
 // What this FMU has not: steps end before fmi2DoStep does.
 #define BF_FMI2_NONE(name, ...)                                                                              \
     fmi2Status name(fmi2Component handle, ##__VA_ARGS__) {                                                   \
@@ -274,16 +345,6 @@ BF_FMI2_NONE(fmi2GetString, bf_fmi2_references, size_t, fmi2String*)
 BF_FMI2_NONE(fmi2SetString, bf_fmi2_references, size_t, const fmi2String*)
 BF_FMI2_NONE(fmi2GetDirectionalDerivative, bf_fmi2_references, size_t, bf_fmi2_references, size_t,
              const fmi2Real*, fmi2Real*)
-BF_FMI2_NONE(fmi2EnterEventMode)
-BF_FMI2_NONE(fmi2NewDiscreteStates, fmi2EventInfo*)
-BF_FMI2_NONE(fmi2EnterContinuousTimeMode)
-BF_FMI2_NONE(fmi2CompletedIntegratorStep, fmi2Boolean, fmi2Boolean*, fmi2Boolean*)
-BF_FMI2_NONE(fmi2SetTime, fmi2Real)
-BF_FMI2_NONE(fmi2SetContinuousStates, const fmi2Real*, size_t)
-BF_FMI2_NONE(fmi2GetDerivatives, fmi2Real*, size_t)
-BF_FMI2_NONE(fmi2GetEventIndicators, fmi2Real*, size_t)
-BF_FMI2_NONE(fmi2GetContinuousStates, fmi2Real*, size_t)
-BF_FMI2_NONE(fmi2GetNominalsOfContinuousStates, fmi2Real*, size_t)
 BF_FMI2_NONE(fmi2SetRealInputDerivatives, bf_fmi2_references, size_t, const fmi2Integer*, const fmi2Real*)
 BF_FMI2_NONE(fmi2GetRealOutputDerivatives, bf_fmi2_references, size_t, const fmi2Integer*, fmi2Real*)
 BF_FMI2_NONE(fmi2CancelStep)

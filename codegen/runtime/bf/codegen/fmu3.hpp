@@ -153,9 +153,22 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
     return nullptr;
 }
 
-fmi3Instance fmi3InstantiateModelExchange(fmi3String, fmi3String, fmi3String, fmi3Boolean, fmi3Boolean,
-                                          fmi3InstanceEnvironment environment, fmi3LogMessageCallback log) {
-    if (log) log(environment, fmi3Error, "logStatusError", "this FMU is for co-simulation");
+fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi3String, fmi3Boolean,
+                                          fmi3Boolean logging, fmi3InstanceEnvironment environment,
+                                          fmi3LogMessageCallback log) {
+    using namespace bf::generated;
+    try {
+        auto instance =
+            std::make_unique<FmuInstance>(fmu_tables, name, bf::fmi::CallOrder(3, false, true), fmu3::log);
+        instance->callback = reinterpret_cast<void (*)(void)>(log);
+        instance->environment = environment;
+        instance->is_logging = logging;
+        if (!token || std::strcmp(token, fmu_tables.token) != 0)
+            instance->fail("the instantiation token is not that of this FMU");
+        else if (instance->open())
+            return instance.release();
+    } catch (const std::exception&) { // there is no memory
+    }
     return nullptr;
 }
 
@@ -163,7 +176,7 @@ fmi3Instance fmi3InstantiateScheduledExecution(fmi3String, fmi3String, fmi3Strin
                                                fmi3InstanceEnvironment environment,
                                                fmi3LogMessageCallback log, fmi3ClockUpdateCallback,
                                                fmi3LockPreemptionCallback, fmi3UnlockPreemptionCallback) {
-    if (log) log(environment, fmi3Error, "logStatusError", "this FMU is for co-simulation");
+    if (log) log(environment, fmi3Error, "logStatusError", "this FMU is not for scheduled execution");
     return nullptr;
 }
 
@@ -295,6 +308,89 @@ fmi3Status fmi3ExitConfigurationMode(fmi3Instance handle) {
                                      [](auto&) { return true; });
 }
 
+// Model exchange.
+fmi3Status fmi3UpdateDiscreteStates(fmi3Instance handle, fmi3Boolean* again, fmi3Boolean* terminate,
+                                    fmi3Boolean* nominals_changed, fmi3Boolean* states_changed,
+                                    fmi3Boolean* has_next_event, fmi3Float64* next_event) {
+    return bf::generated::fmu3::run(
+        handle, bf::fmi::Call::update_discrete_states, "fmi3UpdateDiscreteStates", [&](auto& instance) {
+            *again = *terminate = *nominals_changed = *states_changed = *has_next_event = false;
+            if (!instance.handle_event(*states_changed)) return false;
+            *has_next_event = instance.has_next_event();
+            *next_event = instance.next_event();
+            return true;
+        });
+}
+fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance handle) {
+    return bf::generated::fmu3::call(handle, bf::fmi::Call::enter_continuous_time,
+                                     "fmi3EnterContinuousTimeMode", [](auto&) { return true; });
+}
+fmi3Status fmi3CompletedIntegratorStep(fmi3Instance handle, fmi3Boolean, fmi3Boolean* enter_event_mode,
+                                       fmi3Boolean* terminate) {
+    return bf::generated::fmu3::call(handle, bf::fmi::Call::completed_integrator_step,
+                                     "fmi3CompletedIntegratorStep", [&](auto&) {
+                                         *enter_event_mode = *terminate = false;
+                                         return true;
+                                     });
+}
+fmi3Status fmi3SetTime(fmi3Instance handle, fmi3Float64 time) {
+    return bf::generated::fmu3::call(handle, bf::fmi::Call::set_time, "fmi3SetTime", [&](auto& instance) {
+        instance.set_time(time);
+        return true;
+    });
+}
+fmi3Status fmi3SetContinuousStates(fmi3Instance handle, const fmi3Float64* values, size_t count) {
+    return bf::generated::fmu3::call(handle, bf::fmi::Call::set_continuous_states, "fmi3SetContinuousStates",
+                                     [&](auto& instance) {
+                                         if (!instance.has_count(count, instance.exchange().continuous_count))
+                                             return false;
+                                         instance.set_states(values);
+                                         return true;
+                                     });
+}
+fmi3Status fmi3GetContinuousStates(fmi3Instance handle, fmi3Float64* values, size_t count) {
+    return bf::generated::fmu3::call(
+        handle, bf::fmi::Call::get_continuous, "fmi3GetContinuousStates", [&](auto& instance) {
+            return instance.has_count(count, instance.exchange().continuous_count) &&
+                   instance.get_states(values);
+        });
+}
+fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance handle, fmi3Float64* values, size_t count) {
+    return bf::generated::fmu3::run(
+        handle, bf::fmi::Call::get_continuous, "fmi3GetContinuousStateDerivatives", [&](auto& instance) {
+            return instance.has_count(count, instance.exchange().continuous_count) &&
+                   instance.get_rates(values);
+        });
+}
+fmi3Status fmi3GetEventIndicators(fmi3Instance handle, fmi3Float64* values, size_t count) {
+    return bf::generated::fmu3::run(handle, bf::fmi::Call::get_continuous, "fmi3GetEventIndicators",
+                                    [&](auto& instance) {
+                                        return instance.has_count(count, instance.exchange().guard_count) &&
+                                               instance.compute_crossings(values);
+                                    });
+}
+fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance handle, fmi3Float64* values, size_t count) {
+    return bf::generated::fmu3::call(
+        handle, bf::fmi::Call::get_nominals, "fmi3GetNominalsOfContinuousStates", [&](auto& instance) {
+            std::fill(values, values + count, 1.0);
+            return instance.has_count(count, instance.exchange().continuous_count);
+        });
+}
+fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance handle, size_t* count) {
+    return bf::generated::fmu3::call(handle, bf::fmi::Call::get_numbers, "fmi3GetNumberOfEventIndicators",
+                                     [&](auto& instance) {
+                                         *count = size_t(instance.exchange().guard_count);
+                                         return true;
+                                     });
+}
+fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance handle, size_t* count) {
+    return bf::generated::fmu3::call(handle, bf::fmi::Call::get_numbers, "fmi3GetNumberOfContinuousStates",
+                                     [&](auto& instance) {
+                                         *count = size_t(instance.exchange().continuous_count);
+                                         return true;
+                                     });
+}
+
 // What this FMU has not.
 #define BF_FMI3_NONE(name, ...)                                                                              \
     fmi3Status name(fmi3Instance handle, ##__VA_ARGS__) {                                                    \
@@ -325,18 +421,6 @@ BF_FMI3_NONE(fmi3SetIntervalFraction, bf_fmi3_references, size_t, const fmi3UInt
 BF_FMI3_NONE(fmi3SetShiftDecimal, bf_fmi3_references, size_t, const fmi3Float64*)
 BF_FMI3_NONE(fmi3SetShiftFraction, bf_fmi3_references, size_t, const fmi3UInt64*, const fmi3UInt64*)
 BF_FMI3_NONE(fmi3EvaluateDiscreteStates)
-BF_FMI3_NONE(fmi3UpdateDiscreteStates, fmi3Boolean*, fmi3Boolean*, fmi3Boolean*, fmi3Boolean*, fmi3Boolean*,
-             fmi3Float64*)
-BF_FMI3_NONE(fmi3EnterContinuousTimeMode)
-BF_FMI3_NONE(fmi3CompletedIntegratorStep, fmi3Boolean, fmi3Boolean*, fmi3Boolean*)
-BF_FMI3_NONE(fmi3SetTime, fmi3Float64)
-BF_FMI3_NONE(fmi3SetContinuousStates, const fmi3Float64*, size_t)
-BF_FMI3_NONE(fmi3GetContinuousStateDerivatives, fmi3Float64*, size_t)
-BF_FMI3_NONE(fmi3GetEventIndicators, fmi3Float64*, size_t)
-BF_FMI3_NONE(fmi3GetContinuousStates, fmi3Float64*, size_t)
-BF_FMI3_NONE(fmi3GetNominalsOfContinuousStates, fmi3Float64*, size_t)
-BF_FMI3_NONE(fmi3GetNumberOfEventIndicators, size_t*)
-BF_FMI3_NONE(fmi3GetNumberOfContinuousStates, size_t*)
 BF_FMI3_NONE(fmi3EnterStepMode)
 BF_FMI3_NONE(fmi3GetOutputDerivatives, bf_fmi3_references, size_t, const fmi3Int32*, fmi3Float64*, size_t)
 BF_FMI3_NONE(fmi3ActivateModelPartition, fmi3ValueReference, fmi3Float64)

@@ -1,6 +1,7 @@
 // A generated model as an instance of an FMU, for either version of the standard.
 #pragma once
 
+#include "bf/codegen/model_exchange.hpp"
 #include "bf/codegen/quantity.hpp"
 #include "bf/fmi/call_order.hpp"
 #include "bf/run/run_c.h"
@@ -19,10 +20,13 @@ namespace bf::generated {
 
 /// A variable of the FMU: a row of the model's tables. The first one is the time, which has none.
 struct FmuVariable {
-    bf_run_table table;
+    int table; ///< a bf_run_table, or one of the next
     int row;
     bool is_calculated; ///< from others: it cannot be set
 };
+
+/// Continuous states, their derivatives, and zero-crossing functions as one vector.
+constexpr int fmu_states = 16, fmu_rates = 17, fmu_crossings = 18;
 
 /// What an FMU does not know of its model.
 struct FmuTables {
@@ -30,6 +34,7 @@ struct FmuTables {
     const char* token; ///< of the description that belongs to this code
     const FmuVariable* variables;
     int variable_count;
+    const Exchange* exchange; ///< for model exchange
 };
 
 /// One instance: a model, the time that it has reached, and how it is called. It holds the values that the
@@ -45,7 +50,7 @@ class FmuInstance {
     using Log = void (*)(const FmuInstance&, Level, const char* category, const char* message);
 
     struct Variable {
-        bf_run_table table;
+        int table;
         Type type;
         int rows, cols, count;
         bool can_be_set;
@@ -72,11 +77,20 @@ class FmuInstance {
         for (int i = 0; i < tables_.variable_count; ++i) {
             const FmuVariable& its = tables_.variables[i];
             bf_run_quantity q{};
-            if (!library_.quantity(model_, its.table, its.row, &q))
+            if (its.table == fmu_crossings) {
+                crossings_.resize(std::size_t(exchange().guard_count));
+                variables_.push_back({fmu_crossings, Type::float64, exchange().guard_count, 1,
+                                      exchange().guard_count, false,
+                                      reinterpret_cast<char*>(crossings_.data()), "event_indicators", first});
+                first += exchange().guard_count;
+                continue;
+            }
+            if (!(its.table < fmu_states ? library_.quantity(model_, bf_run_table(its.table), its.row, &q)
+                                         : exchange().quantity(model_, its.table == fmu_rates, its.row, &q)))
                 return fail("its tables do not fit its code");
             const int count = q.rows * q.cols;
-            const bool can_be_set =
-                !its.is_calculated && its.table != bf_run_outputs && its.table != bf_run_signals;
+            const bool can_be_set = !its.is_calculated && its.table != bf_run_outputs &&
+                                    its.table != bf_run_signals && its.table < fmu_states;
             variables_.push_back({its.table, Type(q.type), q.rows, q.cols, count, can_be_set,
                                   static_cast<char*>(q.data), q.path, first});
             first += count;
@@ -85,7 +99,7 @@ class FmuInstance {
         for (int v = 0; v < int(variables_.size()); ++v)
             for (int e = 0; e < variables_[std::size_t(v)].count; ++e) elements_.push_back({v, e});
         before_.resize(library_.snapshot_size);
-        is_initialized_ = is_computed_ = false;
+        is_initialized_ = is_computed_ = is_committed_ = is_stale_ = false;
         time_ = start_ = 0;
         return true;
     }
@@ -130,14 +144,18 @@ class FmuInstance {
 
     /// Makes the variable's memory hold its value of now; false when the model fails.
     bool refresh(const Variable& v) {
-        if (v.table != bf_run_signals && v.table != bf_run_outputs) return true;
-        return &v == variables_.data() || compute();
+        if (&v == variables_.data()) return true;
+        if (v.table == fmu_rates) return initialize() && compute_rates();
+        if (v.table == fmu_states) return initialize();
+        if (v.table == fmu_crossings) return initialize() && compute_crossings(crossings_.data());
+        return (v.table != bf_run_signals && v.table != bf_run_outputs) || compute();
     }
 
     /// Element i, row by row, becomes x when the variable's values are complete.
     void write(const Variable& v, int i, double x) {
         if (v.table == bf_run_inputs) {
             const int at = place(v, i);
+            is_stale_ = true;
             if (is_computed_ && same(read(v.data, v.type, at), x)) return;
             if (begin_anew())
                 generated::write(v.data, v.type, at, x);
@@ -192,6 +210,11 @@ class FmuInstance {
 
     /// The signals at the present time.
     bool compute() {
+        if (is_committed_) { // between two steps of a model whose solver is the importer's
+            if (is_stale_ && !exchange().compute_signals(model_, own_time())) return fail_of_model();
+            is_stale_ = false;
+            return true;
+        }
         if (is_computed_) return true;
         if (!initialize()) return false;
         if (has_state()) library_.save(model_, before_.data());
@@ -232,22 +255,90 @@ class FmuInstance {
         return true;
     }
 
+    // ---- model exchange
+
+    const Exchange& exchange() const noexcept { return *tables_.exchange; }
+    double own_time() const noexcept { return time_ - start_; } ///< of the model
+    /// What is computed between two steps is of that time, in a step of the step's.
+    double instant() const noexcept {
+        return is_committed_ ? own_time() : double(library_.steps(model_)) * library_.period;
+    }
+    void set_time(double time) noexcept {
+        time_ = time;
+        is_stale_ = true;
+    }
+    void set_states(const double* values) noexcept {
+        std::copy(values, values + exchange().continuous_count, exchange().states(model_));
+        is_stale_ = true;
+    }
+    bool has_count(std::size_t given, int wanted) {
+        return given == std::size_t(wanted) ||
+               fail("as many numbers as the model has states or indicators must be given");
+    }
+    bool get_states(double* values) {
+        if (!initialize()) return false;
+        std::copy(exchange().states(model_), exchange().states(model_) + exchange().continuous_count, values);
+        return true;
+    }
+    bool get_rates(double* values) {
+        if (!compute_rates()) return false;
+        std::copy(exchange().rates(model_), exchange().rates(model_) + exchange().continuous_count, values);
+        return true;
+    }
+    bool compute_rates() {
+        if (!is_committed_ && !compute()) return false;
+        return exchange().compute_rates(model_, instant()) || fail_of_model();
+    }
+    /// Guards of subsystems that do not run keep away from 0.
+    bool compute_crossings(double* values) {
+        if (!is_committed_ && !compute()) return false;
+        if (!exchange().compute_crossings(model_, instant(), values)) return fail_of_model();
+        for (int i = 0; i < exchange().guard_count; ++i)
+            if (std::isnan(values[i])) values[i] = 1;
+        return true;
+    }
+    /// An event: the step of the model that is due, or what answers a crossing.
+    bool handle_event(bool& has_jumped) {
+        const auto count = std::size_t(exchange().continuous_count);
+        before_event_.assign(exchange().states(model_), exchange().states(model_) + count);
+        const double due = double(library_.steps(model_)) * library_.period;
+        const bool is_due = !is_committed_ || (exchange().is_sampled &&
+                                               own_time() >= due - 1e-9 * std::max(1.0, std::abs(due)));
+        if (is_due) {
+            is_committed_ = false;
+            if (!compute()) return false;
+            is_computed_ = false;
+            is_committed_ = true;
+            is_stale_ = false;
+            if (!exchange().end_step(model_)) return fail_of_model();
+        } else {
+            if (!exchange().answer(model_, own_time())) return fail_of_model();
+            is_stale_ = false;
+        }
+        has_jumped =
+            std::memcmp(before_event_.data(), exchange().states(model_), count * sizeof(double)) != 0;
+        return true;
+    }
+    bool has_next_event() const noexcept { return exchange().is_sampled; }
+    double next_event() const noexcept { return start_ + double(library_.steps(model_)) * library_.period; }
+
     // ---- states
 
     struct Saved {
         fmi::CallOrder order;
         double time, start;
-        bool is_initialized;
+        bool is_initialized, is_committed;
         std::vector<unsigned char> bytes;
     };
 
     Saved* save() const {
-        auto* const saved = new Saved{order, time_, start_, is_initialized_, before_};
+        auto* const saved = new Saved{order, time_, start_, is_initialized_, is_committed_, before_};
         if (!is_computed_) library_.save(model_, saved->bytes.data()); // else the step begins anew
         return saved;
     }
     void save_again(Saved& saved) const {
         saved.order = order, saved.time = time_, saved.start = start_, saved.is_initialized = is_initialized_;
+        saved.is_committed = is_committed_;
         if (is_computed_)
             std::memcpy(saved.bytes.data(), before_.data(), before_.size());
         else
@@ -256,6 +347,7 @@ class FmuInstance {
     void restore(const Saved& saved) {
         order = saved.order;
         time_ = saved.time, start_ = saved.start, is_initialized_ = saved.is_initialized;
+        is_committed_ = is_stale_ = saved.is_committed;
         is_computed_ = false;
         library_.restore(model_, saved.bytes.data());
     }
@@ -263,8 +355,8 @@ class FmuInstance {
     /// Bytes of a saved state: which code it is of, then how the instance was called, then the model.
     std::size_t serialized_size() const noexcept { return sizeof(Header) + library_.snapshot_size; }
     void serialize(const Saved& saved, unsigned char* to) const {
-        Header header{library_.fingerprint, library_.snapshot_size, saved.time,
-                      saved.start,          saved.is_initialized,   saved.order.state()};
+        Header header{library_.fingerprint, library_.snapshot_size, saved.time,          saved.start,
+                      saved.is_initialized, saved.is_committed,     saved.order.state(), 0};
         std::memcpy(to, &header, sizeof header);
         std::memcpy(to + sizeof header, saved.bytes.data(), saved.bytes.size());
     }
@@ -277,7 +369,11 @@ class FmuInstance {
             message(Level::error, "logStatusError", "these bytes are no state of this FMU");
             return nullptr;
         }
-        auto* const saved = new Saved{order, header.time, header.start, header.is_initialized,
+        auto* const saved = new Saved{order,
+                                      header.time,
+                                      header.start,
+                                      header.is_initialized != 0,
+                                      header.is_committed != 0,
                                       std::vector<unsigned char>(from + sizeof header, from + size)};
         saved->order.set_state(fmi::State(header.state));
         return saved;
@@ -318,7 +414,7 @@ class FmuInstance {
     struct Header {
         std::uint64_t fingerprint, size;
         double time, start;
-        std::uint32_t is_initialized, state;
+        std::uint32_t is_initialized, is_committed, state, unused;
     };
     struct NewValues {
         const Variable* variable;
@@ -380,7 +476,10 @@ class FmuInstance {
     std::vector<unsigned char> before_; ///< the model at the begin of the step whose signals were computed
     std::vector<NewValues> new_values_, later_values_;
     std::vector<LaterInput> later_inputs_;
+    std::vector<double> before_event_, crossings_;
     bool is_initialized_ = false, is_computed_ = false, has_warned_ = false;
+    bool is_committed_ = false,
+         is_stale_ = false;       ///< in model exchange: is it between steps, did anything change?
     double time_ = 0, start_ = 0; ///< s
 };
 

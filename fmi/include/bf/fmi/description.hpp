@@ -87,7 +87,8 @@ struct Description {
     std::optional<double> stop = {}, step = {}; ///< s
     std::vector<Variable> variables = {};
     std::vector<Unknown> outputs = {}, derivatives = {}, initial_unknowns = {};
-    int event_indicators = 0;
+    std::vector<int> indicators = {}; ///< numbers of the variables that are event indicators, of FMI 3.0
+    int event_indicators = 0;         ///< how many there are, elements counted
 };
 
 /// The same with a variable for each element of an array, "x[2]" and "x[1,2]", as FMI 2.0 has no arrays.

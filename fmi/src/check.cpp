@@ -183,6 +183,60 @@ std::vector<Values> starts(const Description& d) {
     return all;
 }
 
+/// An instance that is driven through time.
+class Driven {
+  public:
+    Driven(const Library& library, const char* name)
+        : instance(library, name), x_(static_cast<std::size_t>(instance.state_count())), rates_(x_.size()),
+          before_(static_cast<std::size_t>(instance.indicator_count())), after_(before_.size()) {}
+
+    bool begin(const Description& d) {
+        for (const auto& values : starts(d))
+            if (!instance.set(values)) return false;
+        return instance.enter_initialization(d.start) && instance.exit_initialization() &&
+               (instance.state() != event_mode || end_event());
+    }
+    bool advance(double time, double step) {
+        if (instance.state() == step_mode) return instance.do_step(time, step);
+        const double end = time + step;
+        while (time < end) {
+            const double next = event.next > time && event.next < end ? event.next : end;
+            if (!exchange(next, next - time)) return false;
+            time = next;
+        }
+        return true;
+    }
+    bool restore(const std::vector<std::uint8_t>& bytes, State mode, const Event& its_event) {
+        event = its_event;
+        return instance.restore(bytes, mode);
+    }
+
+    Instance instance;
+    Event event; ///< the last one
+
+  private:
+    bool end_event() { return instance.handle_event(event) && instance.enter_continuous_time(); }
+    /// One of Euler's steps, which changes no state by much, as it may be too long for the model.
+    bool exchange(double end, double step) {
+        if (!instance.get_states(x_.data()) || !instance.get_derivatives(rates_.data()) ||
+            !instance.get_indicators(before_.data()))
+            return false;
+        for (std::size_t i = 0; i < x_.size(); ++i) {
+            const double most = 0.1 * (1 + std::abs(x_[i]));
+            x_[i] += std::clamp(step * rates_[i], -most, most);
+        }
+        bool is_event = false;
+        if (!instance.set_time(end) || !instance.set_states(x_.data()) || !instance.complete_step(is_event) ||
+            !instance.get_indicators(after_.data()))
+            return false;
+        for (std::size_t i = 0; i < after_.size(); ++i) is_event |= (before_[i] > 0) != (after_[i] > 0);
+        is_event |= end >= event.next;
+        return !is_event || (instance.enter_event_mode() && end_event());
+    }
+
+    std::vector<double> x_, rates_, before_, after_;
+};
+
 } // namespace
 
 std::vector<std::string> problems_of_run(const Library& library, double step,
@@ -190,20 +244,16 @@ std::vector<std::string> problems_of_run(const Library& library, double step,
     const Description& d = library.description();
     std::vector<std::string> problems;
     Readings readings(d);
-    const auto failed = [&](const Instance& instance) {
-        problems.emplace_back(instance.failure());
+    const auto failed = [&](const Driven& driven) {
+        problems.emplace_back(driven.instance.failure());
         return false;
     };
-    const auto begin = [&](Instance& instance) {
-        for (const auto& values : starts(d))
-            if (!instance.set(values)) return failed(instance);
-        return (instance.enter_initialization(d.start) && instance.exit_initialization()) || failed(instance);
-    };
-    const auto go_on = [&](Instance& instance, int from, int to, Rows& rows) {
+    const auto begin = [&](Driven& driven) { return driven.begin(d) || failed(driven); };
+    const auto go_on = [&](Driven& driven, int from, int to, Rows& rows) {
         for (int k = from; k < to; ++k) {
-            if (!readings.read(instance)) return failed(instance);
+            if (!readings.read(driven.instance)) return failed(driven);
             rows.push_back(readings.row());
-            if (!instance.do_step(d.start + k * step, step)) return failed(instance);
+            if (!driven.advance(d.start + k * step, step)) return failed(driven);
         }
         return true;
     };
@@ -217,29 +267,31 @@ std::vector<std::string> problems_of_run(const Library& library, double step,
     };
     try {
         doing("its steps");
-        Instance one(library, "one");
+        Driven one(library, "one");
         Rows first, again, other, restored;
         if (!begin(one) || !go_on(one, 0, steps, first)) return problems;
-        const bool saves = d.co_simulation->has_state && d.co_simulation->can_serialize;
+        const bool saves = library.interface()->has_state && library.interface()->can_serialize;
         std::vector<std::uint8_t> bytes;
         if (saves) {
             doing("its saved states");
-            if (!one.save(bytes) || !go_on(one, steps, 2 * steps, first))
-                return problems.empty() ? failed(one), problems : problems;
-            Instance fresh(library, "fresh");
-            for (Instance* its : {&one, &fresh}) {
+            const State mode = one.instance.state();
+            if (!one.instance.save(bytes)) return failed(one), problems;
+            const Event event = one.event;
+            if (!go_on(one, steps, 2 * steps, first)) return problems;
+            Driven fresh(library, "fresh");
+            for (Driven* its : {&one, &fresh}) {
                 if (its == &fresh && !begin(fresh)) return problems;
                 restored.clear();
-                if (!its->restore(bytes)) return failed(*its), problems;
+                if (!its->restore(bytes, mode, event)) return failed(*its), problems;
                 if (!go_on(*its, steps, 2 * steps, restored)) return problems;
                 compare({first.begin() + steps, first.end()}, restored,
                         its == &one ? "differs after the state was gone back to"
                                     : "differs after the state was gone back to in another instance");
             }
         }
-        if (!d.co_simulation->only_once) {
+        if (!library.interface()->only_once) {
             doing("two instances");
-            Instance two(library, "two"), three(library, "three");
+            Driven two(library, "two"), three(library, "three");
             if (!begin(two) || !begin(three)) return problems;
             for (int k = 0; k < steps; ++k)
                 if (!go_on(two, k, k + 1, again) || !go_on(three, k, k + 1, other)) return problems;
@@ -247,7 +299,7 @@ std::vector<std::string> problems_of_run(const Library& library, double step,
             compare(first, other, "differs where two instances step by turns");
         }
         doing("its end and its new begin");
-        if (!one.terminate() || !one.reset()) return failed(one), problems;
+        if (!one.instance.terminate() || !one.instance.reset()) return failed(one), problems;
         again.clear();
         if (!begin(one) || !go_on(one, 0, steps, again)) return problems;
         compare(first, again, "differs after it was begun anew");

@@ -1,160 +1,21 @@
 // Calls of the functions of an FMU.
-#include "bf/fmi/instance.hpp"
+#include "functions.hpp"
 
 #include "bf/base/escape.hpp"
-#include "bf/fmi/fmi2.h"
-#include "bf/fmi/fmi3.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdarg>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <dlfcn.h>
-#include <sys/utsname.h>
 
 namespace bf::fmi {
 
-namespace fs = std::filesystem;
-
 namespace {
 
-/// All functions of the standards, by their names.
-constexpr const char* names_3[] = {"fmi3GetVersion",
-                                   "fmi3SetDebugLogging",
-                                   "fmi3InstantiateModelExchange",
-                                   "fmi3InstantiateCoSimulation",
-                                   "fmi3InstantiateScheduledExecution",
-                                   "fmi3FreeInstance",
-                                   "fmi3EnterInitializationMode",
-                                   "fmi3ExitInitializationMode",
-                                   "fmi3EnterEventMode",
-                                   "fmi3Terminate",
-                                   "fmi3Reset",
-                                   "fmi3GetFloat32",
-                                   "fmi3GetFloat64",
-                                   "fmi3GetInt8",
-                                   "fmi3GetUInt8",
-                                   "fmi3GetInt16",
-                                   "fmi3GetUInt16",
-                                   "fmi3GetInt32",
-                                   "fmi3GetUInt32",
-                                   "fmi3GetInt64",
-                                   "fmi3GetUInt64",
-                                   "fmi3GetBoolean",
-                                   "fmi3GetString",
-                                   "fmi3GetBinary",
-                                   "fmi3GetClock",
-                                   "fmi3SetFloat32",
-                                   "fmi3SetFloat64",
-                                   "fmi3SetInt8",
-                                   "fmi3SetUInt8",
-                                   "fmi3SetInt16",
-                                   "fmi3SetUInt16",
-                                   "fmi3SetInt32",
-                                   "fmi3SetUInt32",
-                                   "fmi3SetInt64",
-                                   "fmi3SetUInt64",
-                                   "fmi3SetBoolean",
-                                   "fmi3SetString",
-                                   "fmi3SetBinary",
-                                   "fmi3SetClock",
-                                   "fmi3GetNumberOfVariableDependencies",
-                                   "fmi3GetVariableDependencies",
-                                   "fmi3GetFMUState",
-                                   "fmi3SetFMUState",
-                                   "fmi3FreeFMUState",
-                                   "fmi3SerializedFMUStateSize",
-                                   "fmi3SerializeFMUState",
-                                   "fmi3DeserializeFMUState",
-                                   "fmi3GetDirectionalDerivative",
-                                   "fmi3GetAdjointDerivative",
-                                   "fmi3EnterConfigurationMode",
-                                   "fmi3ExitConfigurationMode",
-                                   "fmi3GetIntervalDecimal",
-                                   "fmi3GetIntervalFraction",
-                                   "fmi3GetShiftDecimal",
-                                   "fmi3GetShiftFraction",
-                                   "fmi3SetIntervalDecimal",
-                                   "fmi3SetIntervalFraction",
-                                   "fmi3SetShiftDecimal",
-                                   "fmi3SetShiftFraction",
-                                   "fmi3EvaluateDiscreteStates",
-                                   "fmi3UpdateDiscreteStates",
-                                   "fmi3EnterContinuousTimeMode",
-                                   "fmi3CompletedIntegratorStep",
-                                   "fmi3SetTime",
-                                   "fmi3SetContinuousStates",
-                                   "fmi3GetContinuousStateDerivatives",
-                                   "fmi3GetEventIndicators",
-                                   "fmi3GetContinuousStates",
-                                   "fmi3GetNominalsOfContinuousStates",
-                                   "fmi3GetNumberOfEventIndicators",
-                                   "fmi3GetNumberOfContinuousStates",
-                                   "fmi3EnterStepMode",
-                                   "fmi3GetOutputDerivatives",
-                                   "fmi3DoStep",
-                                   "fmi3ActivateModelPartition"};
-constexpr const char* common_2[] = {"fmi2GetTypesPlatform",
-                                    "fmi2GetVersion",
-                                    "fmi2SetDebugLogging",
-                                    "fmi2Instantiate",
-                                    "fmi2FreeInstance",
-                                    "fmi2SetupExperiment",
-                                    "fmi2EnterInitializationMode",
-                                    "fmi2ExitInitializationMode",
-                                    "fmi2Terminate",
-                                    "fmi2Reset",
-                                    "fmi2GetReal",
-                                    "fmi2GetInteger",
-                                    "fmi2GetBoolean",
-                                    "fmi2GetString",
-                                    "fmi2SetReal",
-                                    "fmi2SetInteger",
-                                    "fmi2SetBoolean",
-                                    "fmi2SetString",
-                                    "fmi2GetFMUstate",
-                                    "fmi2SetFMUstate",
-                                    "fmi2FreeFMUstate",
-                                    "fmi2SerializedFMUstateSize",
-                                    "fmi2SerializeFMUstate",
-                                    "fmi2DeSerializeFMUstate",
-                                    "fmi2GetDirectionalDerivative"};
-constexpr const char* co_simulation_2[] = {"fmi2SetRealInputDerivatives",
-                                           "fmi2GetRealOutputDerivatives",
-                                           "fmi2DoStep",
-                                           "fmi2CancelStep",
-                                           "fmi2GetStatus",
-                                           "fmi2GetRealStatus",
-                                           "fmi2GetIntegerStatus",
-                                           "fmi2GetBooleanStatus",
-                                           "fmi2GetStringStatus"};
-constexpr const char* model_exchange_2[] = {"fmi2EnterEventMode",
-                                            "fmi2NewDiscreteStates",
-                                            "fmi2EnterContinuousTimeMode",
-                                            "fmi2CompletedIntegratorStep",
-                                            "fmi2SetTime",
-                                            "fmi2SetContinuousStates",
-                                            "fmi2GetDerivatives",
-                                            "fmi2GetEventIndicators",
-                                            "fmi2GetContinuousStates",
-                                            "fmi2GetNominalsOfContinuousStates"};
-
-/// The folder of a machine's libraries in the archive.
-std::string platform(int version) {
-    utsname system{};
-    uname(&system);
-    const std::string machine = system.machine;
-    return version == 2 && machine == "x86_64" ? "linux64" : machine + "-linux";
-}
-
-std::string list_of(const fs::path& folder) {
-    std::string list;
-    std::error_code error;
-    for (const auto& entry : fs::directory_iterator(folder, error))
-        list += (list.empty() ? "" : ", ") + entry.path().filename().string();
-    return list.empty() ? "none" : list;
-}
+constexpr double untouched = -2.2250738585072014e-308; ///< what no FMU writes behind the end of its numbers
+constexpr int most_iterations = 1000;                  ///< of one event
 
 bool is_float64(int version, Type type) {
     return type == Type::float64 || (version == 2 && type == Type::float32);
@@ -178,91 +39,6 @@ template <class F> auto with_bytes(Type type, F&& f) {
 } // namespace
 
 bool has_values(Type type) { return type != Type::string && type != Type::binary && type != Type::clock; }
-
-// ---- libraries
-
-struct Library::Functions {
-#define BF_FMI_FUNCTION(name) decltype(&::name) name = nullptr;
-#define BF_FMI2_FUNCTIONS(f)                                                                                 \
-    f(fmi2Instantiate) f(fmi2FreeInstance) f(fmi2SetupExperiment) f(fmi2EnterInitializationMode)             \
-        f(fmi2ExitInitializationMode) f(fmi2Terminate) f(fmi2Reset) f(fmi2GetReal) f(fmi2GetInteger)         \
-            f(fmi2GetBoolean) f(fmi2SetReal) f(fmi2SetInteger) f(fmi2SetBoolean) f(fmi2DoStep)               \
-                f(fmi2GetFMUstate) f(fmi2SetFMUstate) f(fmi2FreeFMUstate) f(fmi2SerializedFMUstateSize)      \
-                    f(fmi2SerializeFMUstate) f(fmi2DeSerializeFMUstate)
-#define BF_FMI3_FUNCTIONS(f)                                                                                 \
-    f(fmi3InstantiateCoSimulation) f(fmi3FreeInstance) f(fmi3EnterInitializationMode)                        \
-        f(fmi3ExitInitializationMode) f(fmi3Terminate) f(fmi3Reset) f(fmi3DoStep) f(fmi3GetFMUState)         \
-            f(fmi3SetFMUState) f(fmi3FreeFMUState) f(fmi3SerializedFMUStateSize) f(fmi3SerializeFMUState)    \
-                f(fmi3DeserializeFMUState) f(fmi3GetFloat64) f(fmi3SetFloat64) f(fmi3GetFloat32)             \
-                    f(fmi3SetFloat32) f(fmi3GetInt8) f(fmi3SetInt8) f(fmi3GetUInt8) f(fmi3SetUInt8)          \
-                        f(fmi3GetInt16) f(fmi3SetInt16) f(fmi3GetUInt16) f(fmi3SetUInt16) f(fmi3GetInt32)    \
-                            f(fmi3SetInt32) f(fmi3GetUInt32) f(fmi3SetUInt32) f(fmi3GetInt64)                \
-                                f(fmi3SetInt64) f(fmi3GetUInt64) f(fmi3SetUInt64) f(fmi3GetBoolean)          \
-                                    f(fmi3SetBoolean)
-    BF_FMI2_FUNCTIONS(BF_FMI_FUNCTION)
-    BF_FMI3_FUNCTIONS(BF_FMI_FUNCTION)
-#undef BF_FMI_FUNCTION
-};
-
-Library::Library(const fs::path& archive)
-    : archive_(archive), description_(fmi::description_of(archive)), folder_(archive.stem().string()),
-      functions_(std::make_unique<Functions>()) {
-    extract(archive, folder_.path());
-    const auto& its = description_.co_simulation ? *description_.co_simulation : *description_.model_exchange;
-    const std::string name = platform(description_.version);
-    const fs::path file = folder_.path() / "binaries" / name / (its.identifier + ".so");
-    if (!fs::exists(file))
-        throw FmuError(
-            archive.string() + ": it has no binaries/" + name + "/" + its.identifier +
-            ".so, but binaries for: " + list_of(folder_.path() / "binaries") +
-            "; have it exported for this machine" +
-            (description_.version == 2 ? " (FMI 2.0.4, section 2.3)" : " (FMI 3.0, section 2.5.1)"));
-    handle_ = ::dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
-    if (!handle_) {
-        std::string why = ::dlerror();
-        if (const auto at = why.find(file.string() + ": "); at != std::string::npos)
-            why.erase(at, file.string().size() + 2);
-        throw FmuError(archive.string() + ": its library cannot be opened: " + why);
-    }
-    std::string lacks;
-    const auto load = [&](auto& function, const char* its_name) {
-        function = reinterpret_cast<std::remove_reference_t<decltype(function)>>(::dlsym(handle_, its_name));
-        if (!function) lacks += (lacks.empty() ? "" : ", ") + std::string(its_name);
-    };
-#define BF_FMI_LOAD(function) load(functions_->function, #function);
-    if (description_.version == 2) {
-        BF_FMI2_FUNCTIONS(BF_FMI_LOAD)
-    } else {
-        BF_FMI3_FUNCTIONS(BF_FMI_LOAD)
-    }
-#undef BF_FMI_LOAD
-#undef BF_FMI2_FUNCTIONS
-#undef BF_FMI3_FUNCTIONS
-    if (lacks.empty() || !description_.co_simulation) return;
-    ::dlclose(handle_);
-    throw FmuError(archive.string() + ": its library lacks the functions " + lacks +
-                   (description_.version == 2 ? " (FMI 2.0.4, section 2.1)" : " (FMI 3.0, section 2.2)"));
-}
-
-Library::~Library() {
-    if (handle_) ::dlclose(handle_);
-}
-
-std::vector<std::string> Library::missing() const {
-    std::vector<std::string> all;
-    const auto look = [&](const auto& names) {
-        for (const char* name : names)
-            if (!::dlsym(handle_, name)) all.emplace_back(name);
-    };
-    if (description_.version == 3) {
-        look(names_3);
-    } else {
-        look(common_2);
-        if (description_.co_simulation) look(co_simulation_2);
-        if (description_.model_exchange) look(model_exchange_2);
-    }
-    return all;
-}
 
 // ---- values
 
@@ -311,37 +87,63 @@ struct Instance::Callbacks {
 };
 
 Instance::Instance(const Library& library, const std::string& name, Log log)
-    : library_(library), f_(*library.functions_), order_(library.description_.version, true, false),
-      name_(name), token_(library.description_.token), log_(std::move(log)),
-      callbacks_(std::make_unique<Callbacks>()) {
+    : library_(library), f_(*library.functions_),
+      order_(library.description_.version, library.kind_ == Kind::co_simulation, false), name_(name),
+      token_(library.description_.token), log_(std::move(log)), callbacks_(std::make_unique<Callbacks>()) {
     const auto& d = library.description_;
-    if (!d.co_simulation)
-        throw FmuError(library.archive_.string() +
-                       ": it is for model exchange alone; have it exported for co-simulation");
+    const bool steps = library.kind_ == Kind::co_simulation, is_logging = static_cast<bool>(log_);
     const std::string resources = library.resources().string();
     if (d.version == 2) {
         callbacks_->of_2 = {reinterpret_cast<decltype(fmi2CallbackFunctions::logger)>(&Instance::log_2),
                             std::calloc, std::free, nullptr, this};
-        instance_ = f_.fmi2Instantiate(name_.c_str(), fmi2CoSimulation, token_.c_str(),
-                                       ("file://" + resources).c_str(), &callbacks_->of_2, false,
-                                       static_cast<bool>(log_));
+        instance_ =
+            f_.fmi2Instantiate(name_.c_str(), steps ? fmi2CoSimulation : fmi2ModelExchange, token_.c_str(),
+                               ("file://" + resources).c_str(), &callbacks_->of_2, false, is_logging);
     } else {
-        instance_ = f_.fmi3InstantiateCoSimulation(
-            name_.c_str(), token_.c_str(), (resources + "/").c_str(), false, static_cast<bool>(log_), false,
-            false, nullptr, 0, this,
-            [](void* self, fmi3Status status, const char* category, const char* text) {
-                log_3(self, status, category, text);
-            },
-            nullptr);
+        const std::string path = resources + "/";
+        const auto to_log = [](void* self, fmi3Status status, const char* category, const char* text) {
+            log_3(self, status, category, text);
+        };
+        instance_ = steps ? f_.fmi3InstantiateCoSimulation(name_.c_str(), token_.c_str(), path.c_str(), false,
+                                                           is_logging, false, false, nullptr, 0, this, to_log,
+                                                           nullptr)
+                          : f_.fmi3InstantiateModelExchange(name_.c_str(), token_.c_str(), path.c_str(),
+                                                            false, is_logging, this, to_log);
     }
     if (!instance_)
         throw FmuError(library.archive_.string() + ": it makes no instance" +
                        (logged_[0] ? std::string(": ") + logged_ : std::string()));
+    if (!steps) count_states();
+}
+
+/// From the description; an FMU of FMI 3.0 says it, too.
+void Instance::count_states() {
+    const auto& d = library_.description_;
+    for (const auto& rate : d.derivatives)
+        state_count_ += d.variables[static_cast<std::size_t>(rate.variable)].count();
+    indicator_count_ = d.event_indicators;
+    row_.resize(static_cast<std::size_t>(std::max(state_count_, indicator_count_)) + 1);
+    if (d.version == 2) return;
+    std::size_t states = 0, indicators = 0;
+    if (!may(Call::get_numbers, "fmi3GetNumberOfContinuousStates") ||
+        !done(Call::get_numbers, "fmi3GetNumberOfContinuousStates",
+              f_.fmi3GetNumberOfContinuousStates(instance_, &states)) ||
+        !done(Call::get_numbers, "fmi3GetNumberOfEventIndicators",
+              f_.fmi3GetNumberOfEventIndicators(instance_, &indicators)))
+        throw FmuError(failure_);
+    const auto compare = [&](const char* function, std::size_t given, int described, const char* what) {
+        if (given != static_cast<std::size_t>(described))
+            throw FmuError(library_.archive_.string() + ": " + function + " gave " + std::to_string(given) +
+                           ", but its description has " + std::to_string(described) + " " + what +
+                           " (FMI 3.0, section 2.4.8)");
+    };
+    compare("fmi3GetNumberOfContinuousStates", states, state_count_, "continuous states");
+    compare("fmi3GetNumberOfEventIndicators", indicators, indicator_count_, "event indicators");
 }
 
 Instance::~Instance() {
     if (!instance_) return;
-    if (order_.state() == step_mode) terminate();
+    if (order_.state() & (step_mode | event_mode | continuous_time)) terminate();
     if (order_.version() == 2)
         f_.fmi2FreeInstance(instance_);
     else
@@ -371,11 +173,10 @@ void Instance::log_2(void* self, const char*, int status, const char* category, 
     static_cast<Instance*>(self)->log(status, category, text);
 }
 
-void Instance::fail(const char* function, const char* why) noexcept {
+bool Instance::fail(const char* function, const char* why) noexcept {
     std::snprintf(failure_, sizeof failure_, "%.200s: %s%s", library_.archive_.filename().c_str(), function,
                   why);
-    // Braces stand for numbers in the text of a Status.
-    for (char* c = failure_; *c; ++c) *c = *c == '{' ? '(' : *c == '}' ? ')' : *c;
+    return false;
 }
 
 bool Instance::may(Call call, const char* function) noexcept {
@@ -417,30 +218,17 @@ bool Instance::enter_initialization(double start) noexcept {
                 f_.fmi3EnterInitializationMode(instance_, false, 0, start, false, 0));
 }
 
+/// A function of the same parameters in both versions.
+#define BF_FMI_BOTH(kind, name, ...)                                                                         \
+    (order_.version() == 2                                                                                   \
+         ? may(kind, "fmi2" #name) && done(kind, "fmi2" #name, f_.fmi2##name(__VA_ARGS__))                   \
+         : may(kind, "fmi3" #name) && done(kind, "fmi3" #name, f_.fmi3##name(__VA_ARGS__)))
+
 bool Instance::exit_initialization() noexcept {
-    const bool is_2 = order_.version() == 2;
-    const char* const name = is_2 ? "fmi2ExitInitializationMode" : "fmi3ExitInitializationMode";
-    return may(Call::exit_initialization, name) &&
-           done(Call::exit_initialization, name,
-                is_2 ? static_cast<int>(f_.fmi2ExitInitializationMode(instance_))
-                     : static_cast<int>(f_.fmi3ExitInitializationMode(instance_)));
+    return BF_FMI_BOTH(Call::exit_initialization, ExitInitializationMode, instance_);
 }
-
-bool Instance::terminate() noexcept {
-    const bool is_2 = order_.version() == 2;
-    const char* const name = is_2 ? "fmi2Terminate" : "fmi3Terminate";
-    return may(Call::terminate, name) && done(Call::terminate, name,
-                                              is_2 ? static_cast<int>(f_.fmi2Terminate(instance_))
-                                                   : static_cast<int>(f_.fmi3Terminate(instance_)));
-}
-
-bool Instance::reset() noexcept {
-    const bool is_2 = order_.version() == 2;
-    const char* const name = is_2 ? "fmi2Reset" : "fmi3Reset";
-    return may(Call::reset, name) &&
-           done(Call::reset, name,
-                is_2 ? static_cast<int>(f_.fmi2Reset(instance_)) : static_cast<int>(f_.fmi3Reset(instance_)));
-}
+bool Instance::terminate() noexcept { return BF_FMI_BOTH(Call::terminate, Terminate, instance_); }
+bool Instance::reset() noexcept { return BF_FMI_BOTH(Call::reset, Reset, instance_); }
 
 bool Instance::do_step(double time, double step) noexcept {
     if (order_.version() == 2)
@@ -452,85 +240,196 @@ bool Instance::do_step(double time, double step) noexcept {
                                                    f_.fmi3DoStep(instance_, time, step, true, &needs_event,
                                                                  &terminates, &returned_early, &reached)))
         return false;
-    if (terminates)
-        fail("fmi3DoStep", " asks for the end of the simulation");
-    else if (returned_early)
-        fail("fmi3DoStep", " ended its step early, though it was not allowed to (FMI 3.0, section 4.2.1)");
-    return !terminates && !returned_early;
+    if (terminates) return fail("fmi3DoStep", " asks for the end of the simulation");
+    if (returned_early)
+        return fail("fmi3DoStep",
+                    " ended its step early, though it was not allowed to (FMI 3.0, section 4.2.1)");
+    return true;
+}
+
+// ---- model exchange
+
+bool Instance::set_time(double time) noexcept {
+    return BF_FMI_BOTH(Call::set_time, SetTime, instance_, time);
+}
+bool Instance::set_states(const double* x) noexcept {
+    return state_count_ == 0 || BF_FMI_BOTH(Call::set_continuous_states, SetContinuousStates, instance_, x,
+                                            static_cast<std::size_t>(state_count_));
+}
+bool Instance::enter_event_mode() noexcept {
+    return BF_FMI_BOTH(Call::enter_event_mode, EnterEventMode, instance_);
+}
+bool Instance::enter_continuous_time() noexcept {
+    return BF_FMI_BOTH(Call::enter_continuous_time, EnterContinuousTimeMode, instance_);
+}
+#undef BF_FMI_BOTH
+
+/// f writes `count` numbers, and none more.
+template <class F>
+bool Instance::get_row(Call call, const char* function, double* to, int count, F&& f) noexcept {
+    if (count == 0) return true;
+    const auto n = static_cast<std::size_t>(count);
+    row_[n] = untouched;
+    if (!may(call, function) || !done(call, function, f(row_.data(), n))) return false;
+    if (std::memcmp(&row_[n], &untouched, sizeof untouched) != 0)
+        return fail(function,
+                    of_version(" wrote more numbers than the description has (FMI 2.0.4, section 2.2.8)",
+                               " wrote more numbers than the description has (FMI 3.0, section 2.4.8)"));
+    std::copy(row_.begin(), row_.begin() + count, to);
+    return true;
+}
+
+bool Instance::get_states(double* x) noexcept {
+    return get_row(Call::get_continuous, of_version("fmi2GetContinuousStates", "fmi3GetContinuousStates"), x,
+                   state_count_, [&](double* to, std::size_t n) -> int {
+                       return order_.version() == 2
+                                  ? static_cast<int>(f_.fmi2GetContinuousStates(instance_, to, n))
+                                  : static_cast<int>(f_.fmi3GetContinuousStates(instance_, to, n));
+                   });
+}
+
+bool Instance::get_derivatives(double* rates) noexcept {
+    const char* const function = of_version("fmi2GetDerivatives", "fmi3GetContinuousStateDerivatives");
+    if (!get_row(Call::get_continuous, function, rates, state_count_, [&](double* to, std::size_t n) -> int {
+            return order_.version() == 2
+                       ? static_cast<int>(f_.fmi2GetDerivatives(instance_, to, n))
+                       : static_cast<int>(f_.fmi3GetContinuousStateDerivatives(instance_, to, n));
+        }))
+        return false;
+    int number = 0;
+    for (const auto& rate : library_.description_.derivatives) {
+        const auto& v = library_.description_.variables[static_cast<std::size_t>(rate.variable)];
+        for (int i = 0; i < v.count(); ++i, ++number)
+            if (!std::isfinite(rates[number])) {
+                char why[300];
+                std::snprintf(why, sizeof why, " gave %g as '%.150s' (%s)", rates[number], v.name.c_str(),
+                              of_version("FMI 2.0.4, section 3.2.2", "FMI 3.0, section 3.2.1"));
+                return fail(function, why);
+            }
+    }
+    return true;
+}
+
+bool Instance::get_indicators(double* z) noexcept {
+    return get_row(Call::get_continuous, of_version("fmi2GetEventIndicators", "fmi3GetEventIndicators"), z,
+                   indicator_count_, [&](double* to, std::size_t n) -> int {
+                       return order_.version() == 2
+                                  ? static_cast<int>(f_.fmi2GetEventIndicators(instance_, to, n))
+                                  : static_cast<int>(f_.fmi3GetEventIndicators(instance_, to, n));
+                   });
+}
+
+bool Instance::complete_step(bool& wants_event) noexcept {
+    const char* const function = of_version("fmi2CompletedIntegratorStep", "fmi3CompletedIntegratorStep");
+    bool wants_end = false;
+    if (!may(Call::completed_integrator_step, function)) return false;
+    int status = fmi3OK;
+    if (order_.version() == 2) {
+        fmi2Boolean event = false, end = false;
+        status = f_.fmi2CompletedIntegratorStep(instance_, true, &event, &end);
+        wants_event = event, wants_end = end;
+    } else {
+        status = f_.fmi3CompletedIntegratorStep(instance_, true, &wants_event, &wants_end);
+    }
+    if (!done(Call::completed_integrator_step, function, status)) return false;
+    return !wants_end || fail(function, " asks for the end of the simulation");
+}
+
+bool Instance::handle_event(Event& event) noexcept {
+    const char* const function = of_version("fmi2NewDiscreteStates", "fmi3UpdateDiscreteStates");
+    event = {};
+    for (int i = 0; i < most_iterations; ++i) {
+        if (!may(Call::update_discrete_states, function)) return false;
+        bool again = false, ends = false, nominals = false, jumps = false, has_next = false;
+        double next = 0;
+        int status = fmi3OK;
+        if (order_.version() == 2) {
+            fmi2EventInfo info{};
+            status = f_.fmi2NewDiscreteStates(instance_, &info);
+            again = info.newDiscreteStatesNeeded, ends = info.terminateSimulation;
+            jumps = info.valuesOfContinuousStatesChanged;
+            has_next = info.nextEventTimeDefined, next = info.nextEventTime;
+        } else {
+            status =
+                f_.fmi3UpdateDiscreteStates(instance_, &again, &ends, &nominals, &jumps, &has_next, &next);
+        }
+        if (!done(Call::update_discrete_states, function, status)) return false;
+        if (ends) return fail(function, " asks for the end of the simulation");
+        event.has_jumped |= jumps;
+        event.next = has_next ? next : std::numeric_limits<double>::infinity();
+        if (std::isnan(event.next))
+            return fail(function, of_version(" gave a next event at NaN s (FMI 2.0.4, section 3.2.2)",
+                                             " gave a next event at NaN s (FMI 3.0, section 2.3.5)"));
+        if (!again) return true;
+    }
+    return fail(
+        function,
+        of_version(" asks for yet another iteration of one event after 1000 (FMI 2.0.4, section 3.2.2)",
+                   " asks for yet another iteration of one event after 1000 (FMI 3.0, section 2.3.5)"));
 }
 
 bool Instance::get(Values& values) noexcept {
     const auto* const references = values.references_.data();
-    const auto count = values.references_.size();
-    int status = fmi3OK;
-    if (order_.version() == 2) {
-        if (!may(Call::get_values, "fmi2Get")) return false;
-        if (is_float64(2, values.type_))
-            status = f_.fmi2GetReal(instance_, references, count, values.doubles_.data());
-        else if (values.type_ == Type::boolean)
-            status = f_.fmi2GetBoolean(instance_, references, count, values.integers_.data());
-        else
-            status = f_.fmi2GetInteger(instance_, references, count, values.integers_.data());
-        return done(Call::get_values, "fmi2Get", status);
-    }
-    if (!may(Call::get_values, "fmi3Get")) return false;
-    const auto size = values.count_;
+    const auto count = values.references_.size(), size = values.count_;
+    auto* const doubles = values.doubles_.data();
+    auto* const integers = values.integers_.data();
     auto* const bytes = static_cast<void*>(values.bytes_.data());
-#define BF_FMI_GET(T) f_.fmi3Get##T(instance_, references, count, static_cast<fmi3##T*>(bytes), size)
-    switch (values.type_) {
-    case Type::float64:
-        status = f_.fmi3GetFloat64(instance_, references, count, values.doubles_.data(), size);
-        break;
-    case Type::float32: status = BF_FMI_GET(Float32); break;
-    case Type::int8: status = BF_FMI_GET(Int8); break;
-    case Type::uint8: status = BF_FMI_GET(UInt8); break;
-    case Type::int16: status = BF_FMI_GET(Int16); break;
-    case Type::uint16: status = BF_FMI_GET(UInt16); break;
-    case Type::int32: status = BF_FMI_GET(Int32); break;
-    case Type::uint32: status = BF_FMI_GET(UInt32); break;
-    case Type::uint64: status = BF_FMI_GET(UInt64); break;
-    case Type::boolean: status = BF_FMI_GET(Boolean); break;
-    default: status = BF_FMI_GET(Int64); break;
+#define BF_FMI_GET(function, ...)                                                                            \
+    return may(Call::get_values, #function) &&                                                               \
+           done(Call::get_values, #function, f_.function(instance_, references, count, __VA_ARGS__))
+#define BF_FMI3_GET(T) BF_FMI_GET(fmi3Get##T, static_cast<fmi3##T*>(bytes), size)
+    if (order_.version() == 2) {
+        if (is_float64(2, values.type_)) BF_FMI_GET(fmi2GetReal, doubles);
+        if (values.type_ == Type::boolean) BF_FMI_GET(fmi2GetBoolean, integers);
+        BF_FMI_GET(fmi2GetInteger, integers);
     }
+    switch (values.type_) {
+    case Type::float64: BF_FMI_GET(fmi3GetFloat64, doubles, size);
+    case Type::float32: BF_FMI3_GET(Float32);
+    case Type::int8: BF_FMI3_GET(Int8);
+    case Type::uint8: BF_FMI3_GET(UInt8);
+    case Type::int16: BF_FMI3_GET(Int16);
+    case Type::uint16: BF_FMI3_GET(UInt16);
+    case Type::int32: BF_FMI3_GET(Int32);
+    case Type::uint32: BF_FMI3_GET(UInt32);
+    case Type::uint64: BF_FMI3_GET(UInt64);
+    case Type::boolean: BF_FMI3_GET(Boolean);
+    default: BF_FMI3_GET(Int64);
+    }
+#undef BF_FMI3_GET
 #undef BF_FMI_GET
-    return done(Call::get_values, "fmi3Get", status);
 }
 
 bool Instance::set(const Values& values) noexcept {
     const auto* const references = values.references_.data();
-    const auto count = values.references_.size();
-    int status = fmi3OK;
-    if (order_.version() == 2) {
-        if (!may(Call::set_values, "fmi2Set")) return false;
-        if (is_float64(2, values.type_))
-            status = f_.fmi2SetReal(instance_, references, count, values.doubles_.data());
-        else if (values.type_ == Type::boolean)
-            status = f_.fmi2SetBoolean(instance_, references, count, values.integers_.data());
-        else
-            status = f_.fmi2SetInteger(instance_, references, count, values.integers_.data());
-        return done(Call::set_values, "fmi2Set", status);
-    }
-    if (!may(Call::set_values, "fmi3Set")) return false;
-    const auto size = values.count_;
+    const auto count = values.references_.size(), size = values.count_;
+    const auto* const doubles = values.doubles_.data();
+    const auto* const integers = values.integers_.data();
     const auto* const bytes = static_cast<const void*>(values.bytes_.data());
-#define BF_FMI_SET(T) f_.fmi3Set##T(instance_, references, count, static_cast<const fmi3##T*>(bytes), size)
-    switch (values.type_) {
-    case Type::float64:
-        status = f_.fmi3SetFloat64(instance_, references, count, values.doubles_.data(), size);
-        break;
-    case Type::float32: status = BF_FMI_SET(Float32); break;
-    case Type::int8: status = BF_FMI_SET(Int8); break;
-    case Type::uint8: status = BF_FMI_SET(UInt8); break;
-    case Type::int16: status = BF_FMI_SET(Int16); break;
-    case Type::uint16: status = BF_FMI_SET(UInt16); break;
-    case Type::int32: status = BF_FMI_SET(Int32); break;
-    case Type::uint32: status = BF_FMI_SET(UInt32); break;
-    case Type::uint64: status = BF_FMI_SET(UInt64); break;
-    case Type::boolean: status = BF_FMI_SET(Boolean); break;
-    default: status = BF_FMI_SET(Int64); break;
+#define BF_FMI_SET(function, ...)                                                                            \
+    return may(Call::set_values, #function) &&                                                               \
+           done(Call::set_values, #function, f_.function(instance_, references, count, __VA_ARGS__))
+#define BF_FMI3_SET(T) BF_FMI_SET(fmi3Set##T, static_cast<const fmi3##T*>(bytes), size)
+    if (order_.version() == 2) {
+        if (is_float64(2, values.type_)) BF_FMI_SET(fmi2SetReal, doubles);
+        if (values.type_ == Type::boolean) BF_FMI_SET(fmi2SetBoolean, integers);
+        BF_FMI_SET(fmi2SetInteger, integers);
     }
+    switch (values.type_) {
+    case Type::float64: BF_FMI_SET(fmi3SetFloat64, doubles, size);
+    case Type::float32: BF_FMI3_SET(Float32);
+    case Type::int8: BF_FMI3_SET(Int8);
+    case Type::uint8: BF_FMI3_SET(UInt8);
+    case Type::int16: BF_FMI3_SET(Int16);
+    case Type::uint16: BF_FMI3_SET(UInt16);
+    case Type::int32: BF_FMI3_SET(Int32);
+    case Type::uint32: BF_FMI3_SET(UInt32);
+    case Type::uint64: BF_FMI3_SET(UInt64);
+    case Type::boolean: BF_FMI3_SET(Boolean);
+    default: BF_FMI3_SET(Int64);
+    }
+#undef BF_FMI3_SET
 #undef BF_FMI_SET
-    return done(Call::set_values, "fmi3Set", status);
 }
 
 bool Instance::save(std::vector<std::uint8_t>& bytes) noexcept {
@@ -564,7 +463,7 @@ bool Instance::save(std::vector<std::uint8_t>& bytes) noexcept {
     return good;
 }
 
-bool Instance::restore(const std::vector<std::uint8_t>& bytes) noexcept {
+bool Instance::restore(const std::vector<std::uint8_t>& bytes, State mode) noexcept {
     void* state = nullptr;
     const bool is_2 = order_.version() == 2;
     if (!may(Call::save_state, is_2 ? "fmi2DeSerializeFMUstate" : "fmi3DeserializeFMUState")) return false;
@@ -581,7 +480,7 @@ bool Instance::restore(const std::vector<std::uint8_t>& bytes) noexcept {
                done(Call::save_state, "fmi3SetFMUState", f_.fmi3SetFMUState(instance_, state));
         if (state) f_.fmi3FreeFMUState(instance_, &state);
     }
-    if (good) order_.set_state(step_mode); // the state was saved between two steps
+    if (good) order_.set_state(mode);
     return good;
 }
 

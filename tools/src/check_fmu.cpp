@@ -43,15 +43,22 @@ std::vector<std::string> let_run(const fs::path& file, double timeout) {
             [[maybe_unused]] const bool is_said = ::write(ends[1], line.data(), line.size()) > 0;
         };
         try {
-            say('>', "its opening");
-            const fmi::Library library(file);
-            for (const auto& name : library.missing()) say('-', "its library lacks the function " + name);
-            const auto& d = library.description();
-            if (d.co_simulation)
+            const fmi::Description d = fmi::description_of(file);
+            const double step =
+                (d.co_simulation ? d.co_simulation->internal_step : d.step).value_or(d.step.value_or(0.01));
+            for (const auto kind : {fmi::Kind::co_simulation, fmi::Kind::model_exchange}) {
+                const bool steps = kind == fmi::Kind::co_simulation;
+                if (!(steps ? d.co_simulation : d.model_exchange)) continue;
+                const std::string of = d.co_simulation && d.model_exchange
+                                           ? (steps ? " in co-simulation" : " in model exchange")
+                                           : "";
+                say('>', "its opening" + of);
+                const fmi::Library library(file, kind);
+                for (const auto& name : library.missing()) say('-', "its library lacks the function " + name);
                 for (const auto& problem : fmi::problems_of_run(
-                         library, d.co_simulation->internal_step.value_or(d.step.value_or(0.01)),
-                         [&](const std::string& what) { say('>', what); }))
-                    say('-', problem);
+                         library, step, [&](const std::string& what) { say('>', what + of); }))
+                    say('-', problem + of);
+            }
             say('>', "its closing");
         } catch (const std::exception& error) {
             say('-', error.what());
@@ -84,8 +91,9 @@ std::vector<std::string> let_run(const fs::path& file, double timeout) {
         const auto end = std::min(text.find('\n', at), text.size());
         if (text[at] == '>')
             doing = text.substr(at + 1, end - at - 1);
-        else
-            problems.push_back(text.substr(at + 1, end - at - 1));
+        else if (std::string problem = text.substr(at + 1, end - at - 1);
+                 std::find(problems.begin(), problems.end(), problem) == problems.end())
+            problems.push_back(std::move(problem));
         at = end + 1;
     }
     if (is_late)
@@ -107,7 +115,7 @@ void execute(const CheckFmuOptions& options) {
     std::printf("%s: FMI %d.0, %s, %zu variables%s\n", options.file.c_str(), d.version,
                 d.co_simulation && d.model_exchange ? "co-simulation and model exchange"
                 : d.co_simulation                   ? "co-simulation"
-                                                    : "model exchange, which is not run",
+                                                    : "model exchange",
                 d.variables.size(), problems.empty() ? "; nothing is wrong" : "");
     if (problems.empty()) return;
     std::string text = options.file + ": " + std::to_string(problems.size()) +

@@ -9,24 +9,34 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace bf::fmi {
 
+/// How an FMU is run: it does steps by itself, or our solver integrates its states.
+enum class Kind { co_simulation, model_exchange };
+
 /// An FMU's files in a folder of their own and its library, opened. It is a program: opening it runs its
 /// code.
 class Library {
   public:
-    /// Extracts and opens it. Throws FmuError, also where it has none for this machine or lacks functions
-    /// that every importer needs.
-    explicit Library(const std::filesystem::path& archive);
+    /// Extracts and opens it. Throws FmuError, also where it is not of that kind, has none for this machine
+    /// or lacks functions that every importer needs.
+    explicit Library(const std::filesystem::path& archive, Kind kind = Kind::co_simulation);
     ~Library();
     Library(const Library&) = delete;
     Library& operator=(const Library&) = delete;
 
+    Kind kind() const { return kind_; }
     const Description& description() const { return description_; }
+    /// What it offers of its kind.
+    const std::optional<Interface>& interface() const {
+        return kind_ == Kind::co_simulation ? description_.co_simulation : description_.model_exchange;
+    }
     const std::filesystem::path& archive() const { return archive_; }
     std::filesystem::path resources() const { return folder_.path() / "resources"; }
     /// The functions of the standard that it lacks.
@@ -36,6 +46,7 @@ class Library {
   private:
     friend class Instance;
     std::filesystem::path archive_;
+    Kind kind_;
     Description description_;
     TemporaryFolder folder_;
     void* handle_ = nullptr;
@@ -70,8 +81,14 @@ class Values {
 /// Is it a type that Values holds?
 bool has_values(Type type);
 
-/// An instance for co-simulation. Each call is checked against the order of calls first, so that a mistake of
-/// the caller is a message, too. Functions give false when they failed; `failure()` says why.
+/// What an event changed.
+struct Event {
+    bool has_jumped = false;                               ///< did continuous states?
+    double next = std::numeric_limits<double>::infinity(); ///< s, of the next event that is known before
+};
+
+/// An instance of the library's kind. Each call is checked against the order of calls first, so that a
+/// mistake of the caller is a message, too. Functions give false when they failed; `failure()` says why.
 class Instance {
   public:
     /// Gets what the FMU logs: the number of the standard's status, a category, the text.
@@ -86,23 +103,48 @@ class Instance {
     bool exit_initialization() noexcept;
     bool get(Values& values) noexcept;
     bool set(const Values& values) noexcept;
-    /// False also when the FMU asks to end the simulation, or does less than the whole step.
+    /// Of co-simulation. False also when the FMU asks to end the simulation, or does less than the whole
+    /// step.
     bool do_step(double time, double step) noexcept;
     bool terminate() noexcept;
     bool reset() noexcept;
 
+    // Of model exchange. Rows have as many numbers as there are states or event indicators.
+    int state_count() const { return state_count_; }
+    int indicator_count() const { return indicator_count_; }
+    bool set_time(double time) noexcept;
+    bool set_states(const double* x) noexcept;
+    bool get_states(double* x) noexcept;
+    /// False also for one that is not finite.
+    bool get_derivatives(double* rates) noexcept;
+    bool get_indicators(double* z) noexcept;
+    /// A step of the solver ended; does the FMU ask for an event?
+    bool complete_step(bool& wants_event) noexcept;
+    bool enter_event_mode() noexcept;
+    /// Updates discrete states until nothing more changes; false also where that has no end.
+    bool handle_event(Event& event) noexcept;
+    bool enter_continuous_time() noexcept;
+
     /// The state as bytes, with which an instance of the same FMU goes on.
     bool save(std::vector<std::uint8_t>& bytes) noexcept;
-    bool restore(const std::vector<std::uint8_t>& bytes) noexcept;
+    /// `state`: in which mode they were saved.
+    bool restore(const std::vector<std::uint8_t>& bytes, State state) noexcept;
 
     State state() const { return order_.state(); }
     /// "controller.fmu: fmi3DoStep failed: ...", until the next failure.
     const char* failure() const noexcept { return failure_; }
+    /// What the caller finds wrong with what a function gave; false.
+    bool fail(const char* function, const char* why) noexcept;
+    /// A name that depends on the version of the standard.
+    const char* of_version(const char* of_2, const char* of_3) const noexcept {
+        return order_.version() == 2 ? of_2 : of_3;
+    }
 
   private:
     bool may(Call call, const char* function) noexcept;
     bool done(Call call, const char* function, int status) noexcept;
-    void fail(const char* function, const char* why) noexcept;
+    void count_states();
+    template <class F> bool get_row(Call call, const char* function, double* to, int count, F&& f) noexcept;
     static void log_3(void* self, int status, const char* category, const char* text);
     static void log_2(void* self, const char* name, int status, const char* category, const char* format,
                       ...);
@@ -116,6 +158,8 @@ class Instance {
     struct Callbacks;
     std::unique_ptr<Callbacks> callbacks_;
     void* instance_ = nullptr;
+    int state_count_ = 0, indicator_count_ = 0;
+    std::vector<double> row_; ///< with one number more, by which is found what writes too many
     char failure_[700] = "", logged_[400] = "";
 };
 

@@ -1,0 +1,60 @@
+// Saved states of an FMU, also as bytes.
+#pragma once
+
+#include "bf/fmi/call_order.hpp"
+#include "bf/run/run_c.h"
+
+#include <cstdint>
+#include <cstring>
+#include <memory>
+#include <vector>
+
+namespace bf::generated {
+
+/// Where an instance is in the steps of its model.
+struct FmuMoment {
+    double time = 0, start = 0;  ///< s
+    bool is_initialized = false; ///< does the model have its initial states?
+    bool is_committed = false;   ///< in model exchange: is it between two steps?
+};
+
+/// An instance as it was.
+struct FmuState {
+    fmi::CallOrder order;
+    FmuMoment moment;
+    std::vector<unsigned char> model;
+
+    /// Bytes: which code it is of, then how the instance was called, then the model.
+    static std::size_t size(const bf_run_library& library) noexcept {
+        return sizeof(Header) + library.snapshot_size;
+    }
+    void serialize(const bf_run_library& library, unsigned char* to) const {
+        const Header header{library.fingerprint,   model.size(),        moment.time,   moment.start,
+                            moment.is_initialized, moment.is_committed, order.state(), 0};
+        std::memcpy(to, &header, sizeof header);
+        std::memcpy(to + sizeof header, model.data(), model.size());
+    }
+    /// Null for bytes that no instance of this FMU and kind made.
+    static std::unique_ptr<FmuState> deserialize(const bf_run_library& library, fmi::CallOrder order,
+                                                 const unsigned char* from, std::size_t count) {
+        Header header{};
+        if (count == size(library)) std::memcpy(&header, from, sizeof header);
+        if (header.fingerprint != library.fingerprint || header.size != library.snapshot_size ||
+            !order.is_state(header.state))
+            return nullptr;
+        order.set_state(fmi::State(header.state));
+        return std::make_unique<FmuState>(
+            FmuState{order,
+                     {header.time, header.start, header.is_initialized != 0, header.is_committed != 0},
+                     std::vector<unsigned char>(from + sizeof header, from + count)});
+    }
+
+  private:
+    struct Header {
+        std::uint64_t fingerprint, size;
+        double time, start;
+        std::uint32_t is_initialized, is_committed, state, unused;
+    };
+};
+
+} // namespace bf::generated

@@ -1,0 +1,108 @@
+// The variables of a generated model as those of an FMU.
+#pragma once
+
+#include "bf/codegen/model_exchange.hpp"
+#include "bf/codegen/quantity.hpp"
+#include "bf/run/run_c.h"
+
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+namespace bf::generated {
+
+/// A variable of the FMU: a row of the model's tables. The first one is the time, which has none.
+struct FmuVariable {
+    int table; ///< a bf_run_table, or one of the next
+    int row;
+    bool is_calculated; ///< from others: it cannot be set
+};
+
+/// Continuous states, their derivatives, and zero-crossing functions as one vector.
+constexpr int fmu_states = 16, fmu_rates = 17, fmu_crossings = 18;
+
+/// What an FMU does not know of its model.
+struct FmuTables {
+    const bf_run_library* (*library)(void);
+    const char* token; ///< of the description that belongs to this code
+    const FmuVariable* variables;
+    int variable_count;
+    const Exchange* exchange; ///< for model exchange
+};
+
+/// Value references: of FMI 3.0 the number of a variable, of FMI 2.0 that of an element among those of all.
+class FmuVariables {
+  public:
+    struct Variable {
+        int table;
+        Type type;
+        int rows, cols, count;
+        bool can_be_set;
+        char* data;
+        const char* name;
+    };
+    struct Element {
+        int variable, element; ///< the latter row by row
+    };
+
+    explicit FmuVariables(const FmuTables& tables) : tables_(tables) {}
+
+    /// Finds them in the memory of the model; false where the tables are of another one.
+    bool bind(bf_run_model* model, double* time) {
+        all_.clear();
+        elements_.clear();
+        add({bf_run_signals, Type::float64, 1, 1, 1, false, reinterpret_cast<char*>(time), "time"});
+        for (int i = 0; i < tables_.variable_count; ++i) {
+            const FmuVariable& its = tables_.variables[i];
+            bf_run_quantity q{};
+            if (its.table == fmu_crossings) {
+                crossings_.resize(std::size_t(tables_.exchange->guard_count));
+                q.rows = tables_.exchange->guard_count;
+                q.cols = 1;
+                q.type = int(Type::float64);
+                q.data = crossings_.data();
+                q.path = "event_indicators";
+            } else if (!(its.table < fmu_states
+                             ? tables_.library()->quantity(model, bf_run_table(its.table), its.row, &q)
+                             : tables_.exchange->quantity(model, its.table == fmu_rates, its.row, &q))) {
+                return false;
+            }
+            const bool can_be_set = !its.is_calculated && its.table != bf_run_outputs &&
+                                    its.table != bf_run_signals && its.table < fmu_states;
+            add({its.table, Type(q.type), q.rows, q.cols, q.rows * q.cols, can_be_set,
+                 static_cast<char*>(q.data), q.path});
+        }
+        return true;
+    }
+
+    /// The variable of a value reference of FMI 3.0, or null.
+    const Variable* variable(std::uint32_t reference) const noexcept {
+        return reference < all_.size() ? &all_[reference] : nullptr;
+    }
+    /// The element of a value reference of FMI 2.0, or null.
+    const Element* element(std::uint32_t reference) const noexcept {
+        return reference < elements_.size() ? &elements_[reference] : nullptr;
+    }
+    const Variable& variable_of(const Element& e) const noexcept { return all_[std::size_t(e.variable)]; }
+    bool is_time(const Variable& v) const noexcept { return &v == all_.data(); }
+    double* crossings() noexcept { return crossings_.data(); }
+
+    /// Where element i, row by row, of the variable stands in its memory, which is column by column.
+    static int place(const Variable& v, int i) noexcept {
+        return v.rows == 1 || v.cols == 1 ? i : i % v.cols * v.rows + i / v.cols;
+    }
+
+  private:
+    void add(const Variable& v) {
+        for (int e = 0; e < v.count; ++e) elements_.push_back({int(all_.size()), e});
+        all_.push_back(v);
+    }
+
+    const FmuTables& tables_;
+    std::vector<Variable> all_;
+    std::vector<Element> elements_;
+    std::vector<double> crossings_;
+};
+
+} // namespace bf::generated

@@ -1,0 +1,74 @@
+// FMUs that do their steps by themselves.
+#include "fmu_block.hpp"
+
+#include <stdexcept>
+
+namespace bf::fmi {
+
+namespace {
+
+class CoSimulation final : public FmuBlock {
+  public:
+    explicit CoSimulation(const Arguments& arguments) : FmuBlock(arguments, Kind::co_simulation, {}) {}
+
+    void start(Now at) const override {
+        if (at.period() <= 0)
+            throw std::runtime_error(
+                "an FMU for co-simulation does steps of a fixed length; give the block a period");
+        Running& its = at[running_];
+        its.open();
+        its.transfers = {{description_, parameters_},
+                         {description_, inputs_, [](const Port& input) { return input.is_early; }},
+                         {description_, inputs_, [](const Port& input) { return !input.is_early; }},
+                         {description_, outputs_}};
+        if (!begin(at)) throw std::runtime_error(its.instance->failure());
+    }
+    Status reset(Now at, After) const noexcept override {
+        Running& its = at[running_];
+        if (!its.instance || its.memory.is_initialized == 0) return ok;
+        return its.instance->reset() && begin(at) ? ok : its.failure();
+    }
+    Status output(Now at, Out) const noexcept override {
+        Running& its = at[running_];
+        if (!its.instance) return Status::failure("the FMU was not started");
+        if (!its.is_restored || !tune(at) || !its.transfers[early].write_to(*its.instance, at))
+            return its.failure();
+        if (its.memory.is_initialized == 0 && !its.instance->exit_initialization()) return its.failure();
+        its.memory.is_initialized = 1;
+        return its.transfers[outputs].read_from(*its.instance, at) ? ok : its.failure();
+    }
+    Status update(Now at, Next) const noexcept override {
+        Running& its = at[running_];
+        return its.transfers[late].write_to(*its.instance, at) &&
+                       its.instance->do_step(at.time(), at.period())
+                   ? ok
+                   : its.failure();
+    }
+
+  private:
+    enum { parameters, early, late, outputs }; ///< transfers
+
+    bool begin(Now at) const noexcept {
+        Running& its = at[running_];
+        its.memory.is_initialized = 0;
+        return its.transfers[parameters].write_to(*its.instance, at) &&
+               its.instance->enter_initialization(at.time());
+    }
+    /// Parameters that were changed since the last step.
+    bool tune(Now at) const noexcept {
+        Running& its = at[running_];
+        return !its.transfers[parameters].differs(at) ||
+               its.transfers[parameters].write_to(*its.instance, at);
+    }
+};
+
+} // namespace
+
+void add_co_simulation(bf::Library& library) {
+    library.add<CoSimulation>("FMU",
+                              "An FMU of FMI 2.0 or 3.0 for co-simulation, which steps with the "
+                              "block's period. Ports, parameters, types and sizes are those of its "
+                              "description; an output waits for those inputs that the description names.");
+}
+
+} // namespace bf::fmi

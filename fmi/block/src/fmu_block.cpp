@@ -1,0 +1,301 @@
+#include "fmu_block.hpp"
+
+#include "BlockFactory/Core/Log.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <map>
+#include <sstream>
+
+namespace bf::fmi {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Where an FMU of that name is. It is a program, and where programs are taken from is for the user to say:
+/// it is looked for in the folders of plugins that the user named, never beside the model.
+fs::path find_fmu(const std::string& name) {
+    std::string searched;
+    const fs::path relative = fs::path(name).lexically_normal();
+    const bool leaves = relative.is_absolute() || (!relative.empty() && *relative.begin() == "..");
+    if (const char* path = std::getenv("BLOCKFACTORY_PLUGIN_PATH")) {
+        std::istringstream folders(path);
+        for (std::string folder; std::getline(folders, folder, ':');) {
+            if (folder.empty()) continue;
+            searched += (searched.empty() ? "" : ", ") + folder;
+            std::error_code error;
+            if (!leaves && fs::is_regular_file(folder / relative, error)) return folder / relative;
+        }
+    }
+    throw FmuError(
+        "there is no FMU '" + name + "' in the folders that plugins are taken from (" +
+        (searched.empty() ? "none is given" : searched) +
+        "); an FMU is a program, so that its folder is given to the command: --plugin-path FOLDER");
+}
+
+/// The type of a signal that holds values of that type of FMI.
+bf::Type type_of_signal(int version, Type type) {
+    switch (type) {
+    case Type::float32: return version == 2 ? bf::Type::float64 : bf::Type::float32;
+    case Type::int8: return bf::Type::int8;
+    case Type::uint8: return bf::Type::uint8;
+    case Type::int16: return bf::Type::int16;
+    case Type::uint16: return bf::Type::uint16;
+    case Type::int32:
+    case Type::enumeration: return bf::Type::int32;
+    case Type::uint32: return bf::Type::uint32;
+    case Type::boolean: return bf::Type::boolean;
+    default: return bf::Type::float64; // also integers of 64 bits, which are exact up to 2^53
+    }
+}
+
+template <class T, Role role> std::function<void*(Now)> memory_of(const Key<T, role>& key) {
+    using Element = typename ElementOf<T>::type;
+    return [key](Now at) -> void* {
+        if constexpr (std::is_same_v<T, Element>)
+            return const_cast<Element*>(&at[key]);
+        else
+            return const_cast<Element*>(at[key].data());
+    };
+}
+
+void write_value(void* to, bf::Type type, int i, double x) {
+    with_type(type, [&](auto t) {
+        using T = typename decltype(t)::type;
+        static_cast<T*>(to)[i] = static_cast<T>(x);
+    });
+}
+
+} // namespace
+
+// ---- values
+
+Transfer::Transfer(const Description& d, const Ports& ports, bool (*is_wanted)(const Port&)) {
+    std::map<Type, std::size_t> groups;
+    for (const auto& port : ports) {
+        if (is_wanted && !is_wanted(port)) continue;
+        const auto& v = d.variables[static_cast<std::size_t>(port.variable)];
+        const Type type = d.version == 2 && v.type == Type::float32 ? Type::float64 : v.type;
+        const auto [at, is_new] = groups.emplace(type, values_.size());
+        if (is_new) values_.emplace_back(d.version, type);
+        const int cols = v.dimensions.size() < 2 ? 1 : v.count() / v.dimensions[0];
+        const int rows = v.count() / std::max(cols, 1);
+        items_.push_back(
+            {at->second, values_[at->second].add(v), &port, type_of_signal(d.version, v.type), rows, cols});
+    }
+}
+
+/// Arrays of FMI are row by row, ours column by column.
+bool Transfer::write_to(Instance& instance, Now at) noexcept {
+    for (const auto& item : items_) {
+        const void* const from = item.port->memory(at);
+        for (int i = 0; i < item.rows * item.cols; ++i)
+            values_[item.group].set(item.first + static_cast<std::size_t>(i),
+                                    read_value(from, item.type, place(item, i)));
+    }
+    return std::all_of(values_.begin(), values_.end(), [&](const Values& v) { return instance.set(v); });
+}
+
+bool Transfer::read_from(Instance& instance, Now at) noexcept {
+    if (!std::all_of(values_.begin(), values_.end(), [&](Values& v) { return instance.get(v); }))
+        return false;
+    for (const auto& item : items_) {
+        void* const to = item.port->memory(at);
+        for (int i = 0; i < item.rows * item.cols; ++i)
+            write_value(to, item.type, place(item, i),
+                        values_[item.group][item.first + static_cast<std::size_t>(i)]);
+    }
+    return true;
+}
+
+bool Transfer::differs(Now at) const noexcept {
+    for (const auto& item : items_) {
+        const void* const from = item.port->memory(at);
+        for (int i = 0; i < item.rows * item.cols; ++i) {
+            const double now = read_value(from, item.type, place(item, i)),
+                         before = values_[item.group][item.first + static_cast<std::size_t>(i)];
+            if (std::memcmp(&now, &before, sizeof now) != 0) return true;
+        }
+    }
+    return false;
+}
+
+// ---- the running FMU
+
+namespace {
+constexpr std::size_t header = 2 + sizeof(Running::Memory) / sizeof(double); ///< numbers before the bytes
+} // namespace
+
+Running::Running(fs::path archive, const Description& d, Kind kind)
+    : archive_(std::move(archive)), kind_(kind) {
+    const auto& its = kind == Kind::co_simulation ? d.co_simulation : d.model_exchange;
+    can_save_ = its && its->has_state && its->can_serialize;
+}
+
+std::size_t Running::state_size() {
+    if (!instance || !instance->save(bytes_)) bytes_.clear();
+    return header + (bytes_.size() + sizeof(double) - 1) / sizeof(double);
+}
+
+/// The length in bytes, in which mode the instance is, what the block remembers, then the bytes.
+void Running::save(double* to) const {
+    to[0] = static_cast<double>(bytes_.size());
+    to[1] = static_cast<double>(instance ? instance->state() : no_state);
+    std::memcpy(to + 2, &memory, sizeof memory);
+    std::memcpy(to + header, bytes_.data(), bytes_.size());
+}
+
+void Running::restore(const double* from) {
+    if (!instance) return;
+    bytes_.resize(static_cast<std::size_t>(from[0]));
+    std::memcpy(static_cast<void*>(&memory), from + 2, sizeof memory);
+    std::memcpy(bytes_.data(), from + header, bytes_.size());
+    if (!bytes_.empty())
+        is_restored = instance->restore(bytes_, static_cast<State>(static_cast<unsigned>(from[1])));
+}
+
+void Running::open() {
+    instance.reset();
+    if (!library_) library_ = std::make_unique<Library>(archive_, kind_);
+    const std::string name = archive_.filename().string();
+    instance = std::make_unique<Instance>(*library_, name,
+                                          [name](int status, const std::string&, const std::string& text) {
+                                              if (status != 0) bfWarning << name << ": " << text;
+                                          });
+    memory = {};
+    is_restored = true;
+}
+
+void Running::close() noexcept {
+    instance.reset();
+    library_.reset();
+}
+
+Status Running::failure(const char* text) noexcept {
+    std::snprintf(message_, sizeof message_, "%s", text);
+    // Braces stand for numbers in the text of a Status.
+    for (char* c = message_; *c; ++c) *c = *c == '{' ? '(' : *c == '}' ? ')' : *c;
+    return Status::failure(message_);
+}
+
+// ---- the block
+
+FmuBlock::FmuBlock(const Arguments& arguments, Kind kind, std::set<std::string> taken)
+    : Block(arguments), names_(std::move(taken)),
+      running_(this, [this, kind] { return std::make_shared<Running>(archive_, description_, kind); }) {
+    if (fmu->empty()) return; // described without a model
+    names_.insert("fmu");
+    try {
+        archive_ = find_fmu(*fmu);
+        auto described = fmi::description_of(archive_);
+        if (!(kind == Kind::co_simulation ? described.co_simulation : described.model_exchange))
+            throw FmuError(archive_.string() +
+                           (kind == Kind::co_simulation
+                                ? ": it is for model exchange alone; use the block "
+                                  "FMI/ModelExchange"
+                                : ": it is for co-simulation alone; use the block FMI/FMU"));
+        description_ = std::move(described);
+        declare_ports();
+    } catch (const FmuError& error) {
+        problem(error.what());
+    }
+}
+
+bool FmuBlock::feedthrough(int output, int input) const {
+    const auto of_slot = [](const Ports& ports, int slot) {
+        return std::find_if(ports.begin(), ports.end(), [&](const Port& p) { return p.slot == slot; });
+    };
+    const auto its = of_slot(outputs_, output), by = of_slot(inputs_, input);
+    return its != outputs_.end() && by != inputs_.end() && depends(its->variable, by->variable);
+}
+
+bool FmuBlock::depends(int output, int input) const {
+    for (const auto& unknown : description_.outputs)
+        if (unknown.variable == output)
+            return !unknown.dependencies ||
+                   std::find(unknown.dependencies->begin(), unknown.dependencies->end(), input) !=
+                       unknown.dependencies->end();
+    return true; // nothing is said of it
+}
+
+/// "controller.K[1,2]" as a name of the block: "controller_K_1_2".
+std::string FmuBlock::name_of(const Variable& v) {
+    std::string name;
+    for (const char c : v.name) {
+        const bool is_plain = std::isalnum(static_cast<unsigned char>(c)) || c == '_';
+        if (is_plain)
+            name += c;
+        else if (!name.empty() && name.back() != '_')
+            name += '_';
+    }
+    while (!name.empty() && name.back() == '_') name.pop_back();
+    if (name.empty() || std::isdigit(static_cast<unsigned char>(name.front()))) name = "v" + name;
+    std::string unique = name;
+    for (int i = 2; !names_.insert(unique).second; ++i) unique = name + "_" + std::to_string(i);
+    return unique;
+}
+
+void FmuBlock::declare_ports() {
+    for (int number = 0; number < static_cast<int>(description_.variables.size()); ++number) {
+        const Variable& v = description_.variables[static_cast<std::size_t>(number)];
+        if (!has_values(v.type)) continue;
+        if (v.causality == Causality::input)
+            inputs_.push_back(declare<Role::input>(number, v));
+        else if (v.causality == Causality::output)
+            outputs_.push_back(declare<Role::output>(number, v));
+        else if (v.causality == Causality::parameter && !v.start.empty())
+            parameters_.push_back(declare<Role::parameter>(number, v));
+    }
+    for (auto& input : inputs_)
+        input.is_early = std::any_of(outputs_.begin(), outputs_.end(), [&](const Port& output) {
+            return depends(output.variable, input.variable);
+        });
+}
+
+template <Role role> Port FmuBlock::declare(int number, const Variable& v) {
+    About about;
+    const int cols = v.dimensions.size() < 2 ? 1 : v.count() / std::max(v.dimensions[0], 1);
+    const int rows = v.dimensions.empty() ? 1 : v.dimensions[0];
+    if (v.dimensions.size() > 1)
+        about.shape = {rows, cols};
+    else
+        about.shape = {rows};
+    about.unit = any_unit;
+    const std::string doc =
+        v.name + (v.unit.empty() ? "" : " [" + v.unit + "]") + (v.doc.empty() ? "" : ": " + v.doc);
+    if (role == Role::parameter) {
+        if (v.minimum) about.minimum = *v.minimum;
+        if (v.maximum) about.maximum = *v.maximum;
+    }
+    const std::string name = name_of(v);
+    Port port{number, -1, v.variability == Variability::continuous, false, {}};
+    const auto make = [&](auto t, auto scalar) {
+        using Element = typename decltype(t)::type;
+        using T = std::conditional_t<decltype(scalar)::value, Element, Array<Element>>;
+        const Key<T, role> key(this, name, about);
+        port.slot = key.index();
+        port.memory = memory_of(key);
+    };
+    with_type(type_of_signal(description_.version, v.type), [&](auto t) {
+        if (v.dimensions.empty())
+            make(t, std::true_type());
+        else
+            make(t, std::false_type());
+    });
+    auto& slot = detail::declared_by(*this).slots[static_cast<std::size_t>(port.slot)];
+    slot.doc = doc;
+    if (role == Role::input) slot.optional = true;
+    if (role != Role::output && !v.start.empty()) {
+        slot.initial.resize(v.start.size());
+        for (int i = 0; i < rows * cols; ++i)
+            slot.initial[static_cast<std::size_t>(i % cols * rows + i / cols)] =
+                v.start[static_cast<std::size_t>(i)];
+    }
+    return port;
+}
+
+} // namespace bf::fmi

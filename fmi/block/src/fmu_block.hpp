@@ -1,0 +1,120 @@
+// What blocks of FMUs share: how an FMU is found, its variables as quantities, and its values on their way.
+#pragma once
+
+#include "bf/core/context.hpp"
+#include "bf/core/registry.hpp"
+#include "bf/fmi/instance.hpp"
+
+#include <functional>
+#include <limits>
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace bf::fmi {
+
+/// A variable as a quantity of the block.
+struct Port {
+    int variable; ///< its number
+    int slot;
+    bool is_continuous;    ///< of its variability
+    bool is_early = false; ///< of inputs: does an output wait for it?
+    std::function<void*(Now)> memory;
+};
+using Ports = std::vector<Port>;
+
+/// Values on their way between the block's memory and an instance.
+class Transfer {
+  public:
+    /// Of those ports that are wanted.
+    Transfer(const Description& d, const Ports& ports, bool (*is_wanted)(const Port&) = nullptr);
+    bool write_to(Instance& instance, Now at) noexcept;
+    bool read_from(Instance& instance, Now at) noexcept;
+    /// Is any value another one than was written last?
+    bool differs(Now at) const noexcept;
+
+  private:
+    struct Item {
+        std::size_t group, first;
+        const Port* port;
+        bf::Type type;
+        int rows, cols;
+    };
+    static int place(const Item& item, int i) { return i % item.cols * item.rows + i / item.cols; }
+
+    std::vector<Values> values_;
+    std::vector<Item> items_;
+};
+
+/// The running FMU of one context, part of snapshots where the FMU can save itself.
+class Running {
+  public:
+    Running(std::filesystem::path archive, const Description& d, Kind kind);
+
+    bool can_save() const { return can_save_; }
+    std::size_t state_size();
+    void save(double* to) const;
+    void restore(const double* from);
+
+    /// Makes an instance, a new one where there was one. Throws FmuError.
+    void open();
+    void close() noexcept;
+    /// Of what the instance failed at; the text stays when it is closed.
+    Status failure() noexcept { return failure(instance->failure()); }
+    Status failure(const char* text) noexcept;
+
+  private:
+    std::filesystem::path archive_;
+    Kind kind_;
+    std::unique_ptr<Library> library_; // outlives the instance
+    bool can_save_;
+    std::vector<std::uint8_t> bytes_;
+    char message_[700] = "";
+
+  public:
+    std::unique_ptr<Instance> instance;
+    bool is_restored = true;
+    /// What a block remembers of its instance, as numbers that go into snapshots.
+    struct Memory {
+        double is_initialized = 0;
+        double step = -1;                                            ///< the last one that was begun
+        double next_event = std::numeric_limits<double>::infinity(); ///< s
+        double sign = 1; ///< of the guard of events that are no crossings
+    } memory;
+    std::vector<Transfer> transfers; ///< numbered by each kind of block
+    std::vector<double> row;         ///< for states
+};
+
+/// An FMU of one kind. Ports, parameters, types and sizes are those of its description.
+class FmuBlock : public Block {
+  public:
+    /// `taken`: names of quantities that the block has besides those of the FMU.
+    FmuBlock(const Arguments& arguments, Kind kind, std::set<std::string> taken);
+    bool feedthrough(int output, int input) const override;
+    void stop(Now at) const noexcept override { at[running_].close(); }
+
+    bf::Argument<std::string> fmu{
+        this, "fmu", {.doc = "file of the FMU, in a folder that plugins are taken from (--plugin-path)"}};
+
+  protected:
+    Description description_;
+    Ports inputs_, outputs_, parameters_;
+
+  private:
+    bool depends(int output, int input) const;
+    std::string name_of(const Variable& v);
+    void declare_ports();
+    template <Role role> Port declare(int number, const Variable& v);
+
+    std::filesystem::path archive_;
+    std::set<std::string> names_;
+
+  protected:
+    OutsideState<Running> running_;
+};
+
+void add_co_simulation(bf::Library& library);
+void add_model_exchange(bf::Library& library);
+
+} // namespace bf::fmi

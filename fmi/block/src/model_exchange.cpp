@@ -1,0 +1,208 @@
+// FMUs whose states our solver integrates.
+#include "fmu_block.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+namespace bf::fmi {
+
+namespace {
+
+/// x' = f(x, u, t) of the FMU, as its own steps would see it: FMI 2.0.4, section 3.2; FMI 3.0, section 3.2.
+///
+/// In an event everything changes at once that changes in jumps: states, discrete outputs, what discrete
+/// inputs and tunable parameters decide. It comes where an event indicator crosses 0, at the time that the
+/// FMU named, where a discrete input or a parameter became another one, and where the FMU asked for it after
+/// a step. Those that are no crossings change the sign of one more guard, which the block keeps away from 0
+/// otherwise. An event at the begin of a step gives its outputs first, from the inputs there, and ends when
+/// all inputs are known.
+class ModelExchange final : public FmuBlock {
+  public:
+    explicit ModelExchange(const Arguments& arguments)
+        : FmuBlock(arguments, Kind::model_exchange, {"states", "indicators", "event"}) {}
+
+    Status reset(Now at, After after) const noexcept override {
+        Running& its = at[running_];
+        try {
+            if (!its.instance) {
+                its.open();
+                its.transfers = {
+                    {description_, parameters_},
+                    {description_, inputs_, [](const Port& p) { return p.is_continuous; }},
+                    {description_, inputs_, [](const Port& p) { return !p.is_continuous; }},
+                    {description_, inputs_, [](const Port& p) { return p.is_continuous && p.is_early; }},
+                    {description_, inputs_, [](const Port& p) { return !p.is_continuous && p.is_early; }},
+                    {description_, outputs_}};
+            } else if (!its.instance->reset()) {
+                return its.failure();
+            }
+        } catch (const std::exception& error) {
+            return its.failure(error.what());
+        }
+        its.memory = {};
+        its.row.resize(static_cast<std::size_t>(its.instance->state_count()));
+        return its.transfers[parameters].write_to(*its.instance, at) &&
+                       its.instance->enter_initialization(at.time()) && its.instance->exit_initialization() &&
+                       get_states(its, after)
+                   ? ok
+                   : its.failure();
+    }
+
+    Status output(Now at, Out) const noexcept override {
+        Running& its = at[running_];
+        if (!its.instance) return Status::failure("the FMU was not started");
+        if (!its.is_restored || !begin_step(its, at)) return its.failure();
+        const bool is_event = its.instance->state() == event_mode;
+        return (is_event ? write(its, at, early_discrete)
+                         : its.instance->set_time(at.time()) && set_states(its, at)) &&
+                       write(its, at, early_continuous) && its.transfers[outputs].read_from(*its.instance, at)
+                   ? ok
+                   : its.failure();
+    }
+
+    Status derivative(Now at, Rate rate) const noexcept override {
+        Running& its = at[running_];
+        return show(its, at) && (!states.is_present() || its.instance->get_derivatives(rate[states].data()))
+                   ? ok
+                   : its.failure();
+    }
+
+    Status guards(Now at, Guards guards) const noexcept override {
+        Running& its = at[running_];
+        if (!show(its, at)) return its.failure();
+        if (indicators.is_present() && !its.instance->get_indicators(guards[indicators].data()))
+            return its.failure();
+        const bool is_changed = its.instance->state() == event_mode || its.transfers[discrete].differs(at) ||
+                                its.transfers[parameters].differs(at);
+        guards[change] =
+            its.memory.sign *
+            (is_changed ? -1.0 : std::min(1.0, its.memory.next_event - at.time() + 2 * slack(at)));
+        return ok;
+    }
+
+    Status event(Now at, After after) const noexcept override {
+        Running& its = at[running_];
+        if (its.instance->state() != event_mode && !enter_event(its, at)) return its.failure();
+        if (at[change] != 0) its.memory.sign = -its.memory.sign;
+        bool has_jumped = false;
+        return settle(its, at, has_jumped) && (!has_jumped || get_states(its, after)) &&
+                       its.instance->enter_continuous_time()
+                   ? ok
+                   : its.failure();
+    }
+
+    /// The first event ends here, as no guard can have crossed before.
+    Status update(Now at, Next) const noexcept override {
+        Running& its = at[running_];
+        if (its.instance->state() != event_mode) return ok;
+        its.memory.sign = -its.memory.sign;
+        bool has_jumped = false;
+        if (!settle(its, at, has_jumped)) return its.failure();
+        if (has_jumped && !has_same_states(its, at)) {
+            its.instance->fail(
+                its.instance->of_version("fmi2NewDiscreteStates", "fmi3UpdateDiscreteStates"),
+                " makes continuous states jump in the first event, by inputs that were not known "
+                "when the run began; give these inputs start values from which they do not jump");
+            return its.failure();
+        }
+        return its.instance->enter_continuous_time() ? ok : its.failure();
+    }
+
+  private:
+    enum { parameters, continuous, discrete, early_continuous, early_discrete, outputs }; ///< transfers
+
+    std::optional<std::vector<std::string>> state_names() const {
+        std::vector<std::string> names;
+        for (const auto& rate : description_.derivatives) {
+            const auto& v = description_.variables[static_cast<std::size_t>(rate.variable)];
+            const std::string name =
+                v.derivative_of < 0 ? v.name
+                                    : description_.variables[static_cast<std::size_t>(v.derivative_of)].name;
+            for (int i = 0; i < v.count(); ++i)
+                names.push_back(v.count() == 1 ? name : name + "[" + std::to_string(i + 1) + "]");
+        }
+        return names;
+    }
+
+    bool write(Running& its, Now at, int transfer) const noexcept {
+        return its.transfers[static_cast<std::size_t>(transfer)].write_to(*its.instance, at);
+    }
+    /// Within which two times are one.
+    static double slack(Now at) noexcept { return 1e-9 * std::max(1.0, std::abs(at.time())); }
+    static bool is_due(const Running& its, Now at) noexcept {
+        return at.time() >= its.memory.next_event - slack(at);
+    }
+    /// An event is not before the time that the FMU named.
+    bool enter_event(Running& its, Now at) const noexcept {
+        const double time = is_due(its, at) ? std::max(at.time(), its.memory.next_event) : at.time();
+        return its.instance->set_time(time) && set_states(its, at) && its.instance->enter_event_mode();
+    }
+    bool set_states(Running& its, Now at) const noexcept {
+        return !states.is_present() || its.instance->set_states(at[states].data());
+    }
+    bool get_states(Running& its, After after) const noexcept {
+        return !states.is_present() || its.instance->get_states(after[states].data());
+    }
+    bool has_same_states(Running& its, Now at) const noexcept {
+        return !states.is_present() || (its.instance->get_states(its.row.data()) &&
+                                        std::equal(its.row.begin(), its.row.end(), at[states].data()));
+    }
+
+    /// The first time in a step: the solver's step ended.
+    bool begin_step(Running& its, Now at) const noexcept {
+        const bool is_new = static_cast<double>(at.step()) != its.memory.step;
+        its.memory.step = static_cast<double>(at.step());
+        if (!is_new || its.instance->state() != continuous_time) return true;
+        bool wants_event = false;
+        if (description_.model_exchange->needs_completed_step &&
+            !(its.instance->set_time(at.time()) && set_states(its, at) &&
+              its.instance->complete_step(wants_event)))
+            return false;
+        return !(wants_event || is_due(its, at)) || enter_event(its, at);
+    }
+    /// The instance knows what there is at this instant.
+    bool show(Running& its, Now at) const noexcept {
+        if (its.instance->state() == event_mode)
+            return write(its, at, continuous) && write(its, at, discrete);
+        return its.instance->set_time(at.time()) && set_states(its, at) && write(its, at, continuous);
+    }
+    /// An event ends.
+    bool settle(Running& its, Now at, bool& has_jumped) const noexcept {
+        Event event;
+        if (!write(its, at, continuous) || !write(its, at, discrete) ||
+            (its.transfers[parameters].differs(at) && !write(its, at, parameters)) ||
+            !its.instance->handle_event(event))
+            return false;
+        has_jumped = event.has_jumped;
+        its.memory.next_event = event.next;
+        return true;
+    }
+
+    bf::Dim n{this, "n", std::function<bf::Dim::Names()>([this] { return state_names(); })};
+    bool has_states_ = !description_.derivatives.empty(), has_indicators_ = description_.event_indicators > 0;
+
+    bf::ContinuousState<bf::Vector> states{this,
+                                           "states",
+                                           {.shape = {n},
+                                            .unit = any_unit,
+                                            .doc = "continuous states of the FMU, in its order",
+                                            .present = has_states_}};
+    bf::GuardOf<bf::Vector> indicators{this,
+                                       "indicators",
+                                       {.shape = {description_.event_indicators},
+                                        .doc = "its event indicators",
+                                        .present = has_indicators_}};
+    bf::Guard change{this, "event", {.doc = "falls or rises through 0 at events that are no crossings"}};
+};
+
+} // namespace
+
+void add_model_exchange(bf::Library& library) {
+    library.add<ModelExchange>(
+        "ModelExchange", "An FMU of FMI 2.0 or 3.0 for model exchange, whose continuous states the model's "
+                         "solver integrates. Ports, parameters, types and sizes are those of its "
+                         "description; an output waits for those inputs that the description names.");
+}
+
+} // namespace bf::fmi

@@ -10,11 +10,13 @@
 #include <benchmark/benchmark.h>
 
 #include <cstdlib>
+#include <cstring>
 #include <dlfcn.h>
 #include <fstream>
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 namespace {
 
@@ -30,6 +32,10 @@ constexpr const char* wrapper =
     "model: wrapper\nplugins: [FMI]\nstep: 0.001\ninputs: [reference, speed]\nblocks:\n"
     "  f: {block: FMI/FMU, fmu: controller.fmu, period: 0.001}\n"
     "connections:\n  reference: f.reference\n  speed: f.speed\n";
+
+/// A state of some size.
+constexpr const char* held = "model: held\nstep: 0.001\ninputs: [u]\noutputs: [y]\nblocks:\n"
+                             "  delay: {block: Delay, steps: 4000}\nconnections:\n  u: delay\n  delay: y\n";
 
 /// The controller exported, and generated, each compiled once.
 struct Made {
@@ -128,8 +134,99 @@ void block(benchmark::State& state) {
     simulation.stop();
 }
 
+/// An instance of the delay, and the bytes that its state has.
+class Held {
+  public:
+    Held() {
+        const auto& made = Made::get();
+        std::ofstream(made.folder.path() / "held.yaml") << held;
+        made.execute(BF_COMMAND " export-fmu held.yaml -o held.fmu >log 2>&1");
+        bf::fmi::extract(made.folder.path() / "held.fmu", made.folder.path() / "held");
+        library_ = Made::open(made.folder.path() / "held/binaries/x86_64-linux/held.so");
+        const auto description = bf::fmi::description_of(made.folder.path() / "held.fmu");
+        instance = find<decltype(&fmi3InstantiateCoSimulation)>("fmi3InstantiateCoSimulation")(
+            "one", description.token.c_str(), nullptr, false, false, false, false, nullptr, 0, nullptr,
+            nullptr, nullptr);
+        find<decltype(&fmi3EnterInitializationMode)>("fmi3EnterInitializationMode")(instance, false, 0, 0,
+                                                                                    false, 0);
+        find<decltype(&fmi3ExitInitializationMode)>("fmi3ExitInitializationMode")(instance);
+        find<decltype(&fmi3GetFMUState)>("fmi3GetFMUState")(instance, &state);
+        find<decltype(&fmi3SerializedFMUStateSize)>("fmi3SerializedFMUStateSize")(instance, state, &size);
+    }
+    template <class F> F find(const char* name) const { return Made::find<F>(library_, name); }
+    static Held& get() {
+        static Held its;
+        return its;
+    }
+    fmi3Instance instance = nullptr;
+    fmi3FMUState state = nullptr;
+    std::size_t size = 0;
+
+  private:
+    void* library_ = nullptr;
+};
+
+void save(benchmark::State& state) {
+    Held& its = Held::get();
+    const auto get = its.find<decltype(&fmi3GetFMUState)>("fmi3GetFMUState");
+    for (auto _ : state)
+        if (get(its.instance, &its.state) != fmi3OK) state.SkipWithError("it was not saved");
+}
+
+void restore(benchmark::State& state) {
+    Held& its = Held::get();
+    const auto set = its.find<decltype(&fmi3SetFMUState)>("fmi3SetFMUState");
+    for (auto _ : state)
+        if (set(its.instance, its.state) != fmi3OK) state.SkipWithError("it was not restored");
+}
+
+void copy(benchmark::State& state) {
+    const std::vector<char> from(Held::get().size, 1);
+    std::vector<char> to(from.size());
+    for (auto _ : state) {
+        std::memcpy(to.data(), from.data(), from.size());
+        benchmark::DoNotOptimize(to.data());
+        benchmark::ClobberMemory();
+    }
+    state.counters["bytes"] = static_cast<double>(from.size());
+}
+
+/// The command, with the compiler; `count` blocks one behind the other, a third of each kind.
+void export_blocks(benchmark::State& state, int count) {
+    std::string blocks, wires = "  u: b0\n  b" + std::to_string(count - 1) + ": y\n";
+    for (int i = 0; i < count; ++i) {
+        const std::string name = "b" + std::to_string(i);
+        constexpr const char* kinds[] = {"Integrator", "Gain, K: 0.99", "DiscreteIntegrator"};
+        blocks += "  " + name + ": {block: " + kinds[i % 3] + "}\n";
+        if (i > 0) wires += "  b" + std::to_string(i - 1) + ": " + name + "\n";
+    }
+    const auto& made = Made::get();
+    std::ofstream(made.folder.path() / "many.yaml")
+        << "model: many\nstep: 0.01\nsolver: rk4\ninputs: [u]\noutputs: [y]\nblocks:\n"
+        << blocks << "connections:\n"
+        << wires;
+    for (auto _ : state) made.execute(BF_COMMAND " export-fmu many.yaml -o many.fmu >log 2>&1");
+}
+void export_many(benchmark::State& state) { export_blocks(state, 1000); }
+void export_few(benchmark::State& state) { export_blocks(state, 3); }
+
 } // namespace
 
 BENCHMARK(generated)->Name("fmu.step/generated");
 BENCHMARK(step)->Name("fmu.step");
 BENCHMARK(block)->Name("fmu.block");
+BENCHMARK(save)->Name("fmu.save");
+BENCHMARK(restore)->Name("fmu.restore");
+BENCHMARK(copy)->Name("fmu.save/memcpy");
+BENCHMARK(export_many)
+    ->Name("fmu.export_1000_blocks")
+    ->UseRealTime()
+    ->Iterations(1)
+    ->Repetitions(2)
+    ->Unit(benchmark::kSecond);
+BENCHMARK(export_few)
+    ->Name("fmu.export_1000_blocks/three_blocks")
+    ->UseRealTime()
+    ->Iterations(1)
+    ->Repetitions(2)
+    ->Unit(benchmark::kSecond);

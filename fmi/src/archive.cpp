@@ -93,7 +93,8 @@ void for_each(const fs::path& archive, const ArchiveLimits& limits,
                                "' grows to more than an FMU's files do; it may be made to fill the disk");
                 take(part, static_cast<std::size_t>(count));
             }
-            if (unzCloseCurrentFile(zip.get()) != UNZ_OK)
+            // The checksum is compared by closing it, where as many bytes came as the archive says.
+            if (length != info.uncompressed_size || unzCloseCurrentFile(zip.get()) != UNZ_OK)
                 refuse(archive, "'" + name + "' cannot be read: it is damaged");
         };
         if (!f(path, is_folder, read)) return;

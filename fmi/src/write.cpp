@@ -152,11 +152,24 @@ std::string structured_name(const std::string& path) {
             return;
         }
         name += '\'';
+        // The grammar knows no letters outside of ASCII, so that these stand as their bytes, and no control
+        // characters.
+        bool is_letter = false;
         for (const char c : part) {
-            if (c == '\'' || c == '\\') name += '\\';
-            // No other character is a mark of the grammar; those that it does not know would end the name.
-            name += static_cast<unsigned char>(c) < 0x20 || static_cast<unsigned char>(c) > 0x7e ? '_' : c;
+            const auto byte = static_cast<unsigned char>(c);
+            const bool is_known = byte >= 0x20 && byte < 0x7f, goes_on = is_letter && byte >> 6u == 2;
+            if (is_letter && !goes_on) name += '}';
+            if (!is_known && !goes_on) name += '{';
+            is_letter = !is_known;
+            if (is_known) {
+                if (c == '\'' || c == '\\') name += '\\';
+                name += c;
+            } else {
+                name += "0123456789ABCDEF"[byte >> 4u];
+                name += "0123456789ABCDEF"[byte & 15u];
+            }
         }
+        if (is_letter) name += '}';
         name += '\'';
     };
     std::size_t at = 0;

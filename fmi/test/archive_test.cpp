@@ -53,6 +53,18 @@ TEST_F(Archives, GiveBackWhatWasWrittenAndAreTheSameBytesEachTime) {
     EXPECT_EQ(read_text_file(folder.path() / "again.fmu"), read_text_file(folder.path() / "x.fmu"));
 }
 
+TEST_F(Archives, AreRefusedWhoseFilesAreNotWhatTheListSays) {
+    const std::string damaged = "'a' cannot be read: it is damaged";
+    // More and fewer bytes than come, another checksum; the list has it at 16, the length at 24.
+    for (const auto& [at, by] : {std::pair(24, 1), {24, -1}, {16, 1}})
+        EXPECT_EQ(refusal({{"a", std::string(1000, 'x')}},
+                          [&](std::string& bytes) {
+                              char& byte = bytes[entry(bytes) + static_cast<std::size_t>(at)];
+                              byte = static_cast<char>(byte + by);
+                          }),
+                  damaged);
+}
+
 TEST_F(Archives, AreRefusedWhoseFilesWouldStandElsewhere) {
     const std::string rule = "; an FMU's files are named relative to its root (FMI 3.0, section 2.5)";
     EXPECT_EQ(refusal({{"../x", "1"}}), "it holds the file '../x', which leaves its folder" + rule);

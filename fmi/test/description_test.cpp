@@ -66,6 +66,8 @@ TEST(Descriptions, AreReadAsTheyWereWritten) {
 TEST(Descriptions, WriteNamesThatAreNoIdentifiersInQuotes) {
     EXPECT_EQ(structured_name("controller.K"), "controller.K");
     EXPECT_EQ(structured_name("my block.2nd"), "'my block'.'2nd'");
+    EXPECT_EQ(structured_name("a.\u00fc 1\u20ac\t\n"), "a.'{C3BC} 1{E282AC}{09}{0A}'");
+    EXPECT_EQ(structured_name("\u00fc\u00e4"), "'{C3BC}{C3A4}'");
     EXPECT_EQ(structured_name("it's.a\\b"), "'it\\'s'.'a\\\\b'");
 }
 

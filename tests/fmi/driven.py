@@ -188,6 +188,9 @@ with tempfile.TemporaryDirectory() as folder:
         assert (third.get("position"), third.get("late"), third.get("counted")) == after[0]
         assert "no state of this FMU" in third.refused(from_bytes, saved[:-1])
         assert "no state of this FMU" in third.refused(from_bytes, b"x" * len(saved))
+        for at in range(0, len(saved), max(1, len(saved) // 40)):
+            damaged = saved[:at] + bytes([saved[at] ^ 4]) + saved[at + 1:]
+            assert "no state of this FMU" in third.refused(from_bytes, damaged), at
 
         # One long step has the same end as many short ones, and half ones keep the outputs in between.
         long, half = Instance(fmu), Instance(fmu)
@@ -214,6 +217,10 @@ with tempfile.TemporaryDirectory() as folder:
         assert "is called in the state 'Instantiated'" in wrong.refused(wrong.get, "position")
         if version == 2:
             assert "before fmi2SetupExperiment" in wrong.refused(wrong.fmu.enterInitializationMode)
+        if version == 2:
+            assert "must be a number" in wrong.refused(wrong.fmu.setupExperiment, None, math.nan)
+        else:
+            assert "must be a number" in wrong.refused(wrong.fmu.enterInitializationMode, None, math.nan)
         wrong.initialize()
         assert "a step begins at 1 s, but the last one ended at 0 s" in wrong.refused(wrong.fmu.doStep, 1.0, STEP)
         assert "is called in the state 'error'" in wrong.refused(wrong.step, 0)

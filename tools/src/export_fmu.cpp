@@ -133,6 +133,12 @@ fmi::Description description_of(const LoadedModel& loaded, const codegen::FmuCod
         d.variables.push_back(variable_of(v, static_cast<std::uint32_t>(number)));
         if (v.role == Role::rate) d.variables.back().derivative_of = states[d.derivatives.size() - 1];
     }
+    std::set<std::string> names;
+    for (const auto& v : d.variables)
+        if (!names.insert(v.name).second)
+            throw CommandError("no FMU can be made of '" + diagram.name +
+                               "': two of its variables would be called \"" + v.name +
+                               "\" there; rename one");
     return version == 2 ? fmi::scalars_of(d) : d;
 }
 

@@ -74,9 +74,10 @@ fmi2Status set(fmi2Component handle, const char* function, Kind kind, const fmi2
             instance, function, kind, references, count, [&](const auto& v, int element, std::size_t i) {
                 if (!can_be_set(instance, function, v)) return false;
                 const Quantity its{v.name, "", "", v.type, Where::inputs, 1, 1, 0, -1};
-                if (v.type != Type::float64 && v.type != Type::float32 &&
-                    !range_of(its).holds(double(values[i]))) {
-                    instance.message(FmuInstance::Level::error, "logStatusError", "%s: '%s' cannot be %g",
+                const bool holds = v.type == Type::float64 || range_of(its).holds(double(values[i])) ||
+                                   (v.type == Type::float32 && !std::isfinite(double(values[i])));
+                if (!holds) {
+                    instance.message(FmuInstance::Level::error, "logStatusError", "%s: '%s' cannot be %.17g",
                                      function, v.name, double(values[i]));
                     return false;
                 }
@@ -118,10 +119,7 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
 
 BF_FMI_FUNCTION(fmi2SetupExperiment,
                 (fmi2Component handle, fmi2Boolean, fmi2Real, fmi2Real start, fmi2Boolean, fmi2Real), call,
-                setup_experiment, {
-                    instance.set_up(start);
-                    return true;
-                })
+                setup_experiment, { return instance.set_up(start); })
 BF_FMI_FUNCTION(fmi2EnterInitializationMode, (fmi2Component handle), call, enter_initialization,
                 { return true; })
 

@@ -125,10 +125,7 @@ fmi3Instance fmi3InstantiateScheduledExecution(fmi3String, fmi3String, fmi3Strin
 
 BF_FMI_FUNCTION(fmi3EnterInitializationMode,
                 (fmi3Instance handle, fmi3Boolean, fmi3Float64, fmi3Float64 start, fmi3Boolean, fmi3Float64),
-                call, enter_initialization, {
-                    instance.set_up(start);
-                    return true;
-                })
+                call, enter_initialization, { return instance.set_up(start); })
 
 #define BF_FMI3_VALUES(T, type)                                                                              \
     fmi3Status fmi3Get##T(fmi3Instance handle, const fmi3ValueReference* references, size_t count,           \

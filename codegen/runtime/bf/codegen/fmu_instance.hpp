@@ -115,11 +115,16 @@ class FmuInstance {
 
     // ---- time
 
-    void set_up(double start) noexcept {
+    bool set_up(double start) noexcept {
+        if (!std::isfinite(start)) {
+            message(Level::error, "logStatusError", "the start time must be a number, but is %g", start);
+            return false;
+        }
         moment_.start = moment_.time = start;
         if (start != 0)
             message(Level::warning, "logStatusWarning",
                     "the model counts its own time from 0, which is %g here", start);
+        return true;
     }
 
     /// Initial states, from parameters and inputs.

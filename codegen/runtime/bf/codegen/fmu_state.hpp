@@ -24,23 +24,24 @@ struct FmuState {
     FmuMoment moment;
     std::vector<unsigned char> model;
 
-    /// Bytes: which code it is of, then how the instance was called, then the model.
+    /// Bytes: which code it is of, how the instance was called, a checksum, then the model.
     static std::size_t size(const bf_run_library& library) noexcept {
         return sizeof(Header) + library.snapshot_size;
     }
     void serialize(const bf_run_library& library, unsigned char* to) const {
-        const Header header{library.fingerprint,   model.size(),        moment.time,   moment.start,
-                            moment.is_initialized, moment.is_committed, order.state(), 0};
+        Header header{library.fingerprint, model.size(),  0, moment.time, moment.start, moment.is_initialized,
+                      moment.is_committed, order.state(), 0};
+        header.checksum = checksum(header, model.data());
         std::memcpy(to, &header, sizeof header);
         std::memcpy(to + sizeof header, model.data(), model.size());
     }
-    /// Null for bytes that no instance of this FMU and kind made.
+    /// Null for bytes that no instance of this FMU and kind made, and for damaged ones.
     static std::unique_ptr<FmuState> deserialize(const bf_run_library& library, fmi::CallOrder order,
                                                  const unsigned char* from, std::size_t count) {
         Header header{};
         if (count == size(library)) std::memcpy(&header, from, sizeof header);
         if (header.fingerprint != library.fingerprint || header.size != library.snapshot_size ||
-            !order.is_state(header.state))
+            !order.is_state(header.state) || header.checksum != checksum(header, from + sizeof header))
             return nullptr;
         order.set_state(fmi::State(header.state));
         return std::make_unique<FmuState>(
@@ -51,10 +52,21 @@ struct FmuState {
 
   private:
     struct Header {
-        std::uint64_t fingerprint, size;
+        std::uint64_t fingerprint, size, checksum;
         double time, start;
         std::uint32_t is_initialized, is_committed, state, unused;
     };
+    /// FNV-1a of all but the checksum itself.
+    static std::uint64_t checksum(Header header, const unsigned char* model) noexcept {
+        header.checksum = 0;
+        std::uint64_t hash = 14695981039346656037u;
+        const auto add = [&](const unsigned char* from, std::size_t count) {
+            for (std::size_t i = 0; i < count; ++i) hash = (hash ^ from[i]) * 1099511628211u;
+        };
+        add(reinterpret_cast<const unsigned char*>(&header), sizeof header);
+        add(model, std::size_t(header.size));
+        return hash;
+    }
 };
 
 } // namespace bf::generated

@@ -76,6 +76,7 @@ struct Interface {
     std::optional<double> internal_step = {};                                   ///< s, of co-simulation
     bool needs_completed_step = true;                                           ///< of model exchange
     bool only_once = false;                                                     ///< per process
+    bool needs_tool = false;                                                    ///< the one that made it
     std::vector<std::string> sources = {}; ///< to compile, of an FMU of FMI 2.0 with sources
 };
 
@@ -98,7 +99,7 @@ Description scalars_of(const Description& description);
 std::string to_xml(const Description& description);
 
 /// A name as the structured naming convention of both standards writes it: parts that are no identifiers in
-/// quotes.
+/// quotes, letters outside of ASCII as their bytes of UTF-8: "ü" is '{C3BC}'.
 std::string structured_name(const std::string& path);
 
 /// Reads the description of an FMU, as which messages name it. It is taken as hostile: throws FmuError for

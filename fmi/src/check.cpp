@@ -211,7 +211,7 @@ class Driven {
         return instance.restore(bytes, mode);
     }
 
-    Instance instance;
+    LocalInstance instance;
     Event event; ///< the last one
 
   private:

@@ -80,21 +80,36 @@ void Values::set(std::size_t i, double x) {
     }
 }
 
+void* Values::data() {
+    return !doubles_.empty()    ? static_cast<void*>(doubles_.data())
+           : !integers_.empty() ? static_cast<void*>(integers_.data())
+                                : bytes_.data();
+}
+
+std::size_t Values::bytes() const {
+    return doubles_.size() * sizeof(double) + integers_.size() * sizeof(std::int32_t) + bytes_.size();
+}
+
 // ---- instances
 
-struct Instance::Callbacks {
+struct LocalInstance::Callbacks {
     fmi2CallbackFunctions of_2{};
 };
 
-Instance::Instance(const Library& library, const std::string& name, Log log)
-    : library_(library), f_(*library.functions_),
+LocalInstance::LocalInstance(const Library& library, const std::string& name, Log log, char* doing)
+    : Instance(library.archive_.filename().string(), library.description_.version), library_(library),
+      f_(*library.functions_),
       order_(library.description_.version, library.kind_ == Kind::co_simulation, false), name_(name),
-      token_(library.description_.token), log_(std::move(log)), callbacks_(std::make_unique<Callbacks>()) {
+      token_(library.description_.token), log_(std::move(log)), doing_(doing),
+      callbacks_(std::make_unique<Callbacks>()) {
     const auto& d = library.description_;
     const bool steps = library.kind_ == Kind::co_simulation, is_logging = static_cast<bool>(log_);
     const std::string resources = library.resources().string();
+    note(d.version == 2 ? "fmi2Instantiate"
+         : steps        ? "fmi3InstantiateCoSimulation"
+                        : "fmi3InstantiateModelExchange");
     if (d.version == 2) {
-        callbacks_->of_2 = {reinterpret_cast<decltype(fmi2CallbackFunctions::logger)>(&Instance::log_2),
+        callbacks_->of_2 = {reinterpret_cast<decltype(fmi2CallbackFunctions::logger)>(&LocalInstance::log_2),
                             std::calloc, std::free, nullptr, this};
         instance_ =
             f_.fmi2Instantiate(name_.c_str(), steps ? fmi2CoSimulation : fmi2ModelExchange, token_.c_str(),
@@ -112,12 +127,12 @@ Instance::Instance(const Library& library, const std::string& name, Log log)
     }
     if (!instance_)
         throw FmuError(library.archive_.string() + ": it makes no instance" +
-                       (logged_[0] ? std::string(": ") + logged_ : std::string()));
+                       (logged_[0] ? std::string(": ") + logged_ : std::string()) + library.without_tool());
     if (!steps) count_states();
 }
 
 /// From the description; an FMU of FMI 3.0 says it, too.
-void Instance::count_states() {
+void LocalInstance::count_states() {
     const auto& d = library_.description_;
     for (const auto& rate : d.derivatives)
         state_count_ += d.variables[static_cast<std::size_t>(rate.variable)].count();
@@ -141,16 +156,17 @@ void Instance::count_states() {
     compare("fmi3GetNumberOfEventIndicators", indicators, indicator_count_, "event indicators");
 }
 
-Instance::~Instance() {
+LocalInstance::~LocalInstance() {
     if (!instance_) return;
     if (order_.state() & (step_mode | event_mode | continuous_time)) terminate();
+    note(of_version("fmi2FreeInstance", "fmi3FreeInstance"));
     if (order_.version() == 2)
         f_.fmi2FreeInstance(instance_);
     else
         f_.fmi3FreeInstance(instance_);
 }
 
-void Instance::log(int status, const char* category, const char* text) noexcept {
+void LocalInstance::log(int status, const char* category, const char* text) noexcept {
     if (!text) return;
     if (status >= fmi3Discard) std::snprintf(logged_, sizeof logged_, "%s", text);
     try {
@@ -159,37 +175,42 @@ void Instance::log(int status, const char* category, const char* text) noexcept 
     }
 }
 
-void Instance::log_3(void* self, int status, const char* category, const char* text) {
-    if (self) static_cast<Instance*>(self)->log(status, category, text);
+void LocalInstance::log_3(void* self, int status, const char* category, const char* text) {
+    if (self) static_cast<LocalInstance*>(self)->log(status, category, text);
 }
 
-void Instance::log_2(void* self, const char*, int status, const char* category, const char* format, ...) {
+void LocalInstance::log_2(void* self, const char*, int status, const char* category, const char* format,
+                          ...) {
     if (!self || !format) return;
     char text[2000];
     va_list list;
     va_start(list, format);
     std::vsnprintf(text, sizeof text, format, list);
     va_end(list);
-    static_cast<Instance*>(self)->log(status, category, text);
+    static_cast<LocalInstance*>(self)->log(status, category, text);
 }
 
 bool Instance::fail(const char* function, const char* why) noexcept {
-    std::snprintf(failure_, sizeof failure_, "%.200s: %s%s", library_.archive_.filename().c_str(), function,
-                  why);
+    std::snprintf(failure_, sizeof failure_, "%.200s: %s%s", file_.c_str(), function, why);
     return false;
 }
 
-bool Instance::may(Call call, const char* function) noexcept {
+void LocalInstance::note(const char* function) noexcept {
+    if (doing_) std::snprintf(doing_, longest_name, "%s", function);
+}
+
+bool LocalInstance::may(Call call, const char* function) noexcept {
     struct {
         char text[400];
     } problem{};
     logged_[0] = '\0';
+    note(function);
     if (order_.check(call, function, problem)) return true;
     fail("", problem.text);
     return false;
 }
 
-bool Instance::done(Call call, const char* function, int status) noexcept {
+bool LocalInstance::done(Call call, const char* function, int status) noexcept {
     if (status <= fmi3Warning) {
         order_.done(call);
         return true;
@@ -203,7 +224,7 @@ bool Instance::done(Call call, const char* function, int status) noexcept {
     return false;
 }
 
-bool Instance::enter_initialization(double start) noexcept {
+bool LocalInstance::enter_initialization(double start) noexcept {
     if (order_.version() == 2) {
         if (!may(Call::setup_experiment, "fmi2SetupExperiment") ||
             !done(Call::setup_experiment, "fmi2SetupExperiment",
@@ -224,13 +245,13 @@ bool Instance::enter_initialization(double start) noexcept {
          ? may(kind, "fmi2" #name) && done(kind, "fmi2" #name, f_.fmi2##name(__VA_ARGS__))                   \
          : may(kind, "fmi3" #name) && done(kind, "fmi3" #name, f_.fmi3##name(__VA_ARGS__)))
 
-bool Instance::exit_initialization() noexcept {
+bool LocalInstance::exit_initialization() noexcept {
     return BF_FMI_BOTH(Call::exit_initialization, ExitInitializationMode, instance_);
 }
-bool Instance::terminate() noexcept { return BF_FMI_BOTH(Call::terminate, Terminate, instance_); }
-bool Instance::reset() noexcept { return BF_FMI_BOTH(Call::reset, Reset, instance_); }
+bool LocalInstance::terminate() noexcept { return BF_FMI_BOTH(Call::terminate, Terminate, instance_); }
+bool LocalInstance::reset() noexcept { return BF_FMI_BOTH(Call::reset, Reset, instance_); }
 
-bool Instance::do_step(double time, double step) noexcept {
+bool LocalInstance::do_step(double time, double step) noexcept {
     if (order_.version() == 2)
         return may(Call::do_step, "fmi2DoStep") &&
                done(Call::do_step, "fmi2DoStep", f_.fmi2DoStep(instance_, time, step, true));
@@ -249,24 +270,24 @@ bool Instance::do_step(double time, double step) noexcept {
 
 // ---- model exchange
 
-bool Instance::set_time(double time) noexcept {
+bool LocalInstance::set_time(double time) noexcept {
     return BF_FMI_BOTH(Call::set_time, SetTime, instance_, time);
 }
-bool Instance::set_states(const double* x) noexcept {
+bool LocalInstance::set_states(const double* x) noexcept {
     return state_count_ == 0 || BF_FMI_BOTH(Call::set_continuous_states, SetContinuousStates, instance_, x,
                                             static_cast<std::size_t>(state_count_));
 }
-bool Instance::enter_event_mode() noexcept {
+bool LocalInstance::enter_event_mode() noexcept {
     return BF_FMI_BOTH(Call::enter_event_mode, EnterEventMode, instance_);
 }
-bool Instance::enter_continuous_time() noexcept {
+bool LocalInstance::enter_continuous_time() noexcept {
     return BF_FMI_BOTH(Call::enter_continuous_time, EnterContinuousTimeMode, instance_);
 }
 #undef BF_FMI_BOTH
 
 /// f writes `count` numbers, and none more.
 template <class F>
-bool Instance::get_row(Call call, const char* function, double* to, int count, F&& f) noexcept {
+bool LocalInstance::get_row(Call call, const char* function, double* to, int count, F&& f) noexcept {
     if (count == 0) return true;
     const auto n = static_cast<std::size_t>(count);
     row_[n] = untouched;
@@ -279,7 +300,7 @@ bool Instance::get_row(Call call, const char* function, double* to, int count, F
     return true;
 }
 
-bool Instance::get_states(double* x) noexcept {
+bool LocalInstance::get_states(double* x) noexcept {
     return get_row(Call::get_continuous, of_version("fmi2GetContinuousStates", "fmi3GetContinuousStates"), x,
                    state_count_, [&](double* to, std::size_t n) -> int {
                        return order_.version() == 2
@@ -288,7 +309,7 @@ bool Instance::get_states(double* x) noexcept {
                    });
 }
 
-bool Instance::get_derivatives(double* rates) noexcept {
+bool LocalInstance::get_derivatives(double* rates) noexcept {
     const char* const function = of_version("fmi2GetDerivatives", "fmi3GetContinuousStateDerivatives");
     if (!get_row(Call::get_continuous, function, rates, state_count_, [&](double* to, std::size_t n) -> int {
             return order_.version() == 2
@@ -310,7 +331,7 @@ bool Instance::get_derivatives(double* rates) noexcept {
     return true;
 }
 
-bool Instance::get_indicators(double* z) noexcept {
+bool LocalInstance::get_indicators(double* z) noexcept {
     return get_row(Call::get_continuous, of_version("fmi2GetEventIndicators", "fmi3GetEventIndicators"), z,
                    indicator_count_, [&](double* to, std::size_t n) -> int {
                        return order_.version() == 2
@@ -319,7 +340,7 @@ bool Instance::get_indicators(double* z) noexcept {
                    });
 }
 
-bool Instance::complete_step(bool& wants_event) noexcept {
+bool LocalInstance::complete_step(bool& wants_event) noexcept {
     const char* const function = of_version("fmi2CompletedIntegratorStep", "fmi3CompletedIntegratorStep");
     bool wants_end = false;
     if (!may(Call::completed_integrator_step, function)) return false;
@@ -335,7 +356,7 @@ bool Instance::complete_step(bool& wants_event) noexcept {
     return !wants_end || fail(function, " asks for the end of the simulation");
 }
 
-bool Instance::handle_event(Event& event) noexcept {
+bool LocalInstance::handle_event(Event& event) noexcept {
     const char* const function = of_version("fmi2NewDiscreteStates", "fmi3UpdateDiscreteStates");
     event = {};
     for (int i = 0; i < most_iterations; ++i) {
@@ -368,7 +389,7 @@ bool Instance::handle_event(Event& event) noexcept {
                    " asks for yet another iteration of one event after 1000 (FMI 3.0, section 2.3.5)"));
 }
 
-bool Instance::get(Values& values) noexcept {
+bool LocalInstance::get(Values& values) noexcept {
     const auto* const references = values.references_.data();
     const auto count = values.references_.size(), size = values.count_;
     auto* const doubles = values.doubles_.data();
@@ -400,7 +421,7 @@ bool Instance::get(Values& values) noexcept {
 #undef BF_FMI_GET
 }
 
-bool Instance::set(const Values& values) noexcept {
+bool LocalInstance::set(const Values& values) noexcept {
     const auto* const references = values.references_.data();
     const auto count = values.references_.size(), size = values.count_;
     const auto* const doubles = values.doubles_.data();
@@ -432,7 +453,7 @@ bool Instance::set(const Values& values) noexcept {
 #undef BF_FMI_SET
 }
 
-bool Instance::save(std::vector<std::uint8_t>& bytes) noexcept {
+bool LocalInstance::save(std::vector<std::uint8_t>& bytes) noexcept {
     void* state = nullptr;
     std::size_t size = 0;
     const bool is_2 = order_.version() == 2;
@@ -463,7 +484,7 @@ bool Instance::save(std::vector<std::uint8_t>& bytes) noexcept {
     return good;
 }
 
-bool Instance::restore(const std::vector<std::uint8_t>& bytes, State mode) noexcept {
+bool LocalInstance::restore(const std::vector<std::uint8_t>& bytes, State mode) noexcept {
     void* state = nullptr;
     const bool is_2 = order_.version() == 2;
     if (!may(Call::save_state, is_2 ? "fmi2DeSerializeFMUstate" : "fmi3DeserializeFMUState")) return false;

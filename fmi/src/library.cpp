@@ -168,7 +168,7 @@ Library::Library(const fs::path& archive, Kind kind)
         std::string why = ::dlerror();
         if (const auto at = why.find(file.string() + ": "); at != std::string::npos)
             why.erase(at, file.string().size() + 2);
-        throw FmuError(archive.string() + ": its library cannot be opened: " + why);
+        throw FmuError(archive.string() + ": its library cannot be opened: " + why + without_tool());
     }
     std::string lacks;
     const auto load = [&](auto& function, const char* its_name) {
@@ -201,6 +201,13 @@ Library::Library(const fs::path& archive, Kind kind)
 
 Library::~Library() {
     if (handle_) ::dlclose(handle_);
+}
+
+std::string Library::without_tool() const {
+    return interface()->needs_tool
+               ? "; it says that it needs the tool that made it, " +
+                     (description_.tool.empty() ? "which it does not name" : description_.tool)
+               : "";
 }
 
 std::vector<std::string> Library::missing() const {

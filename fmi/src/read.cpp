@@ -134,9 +134,7 @@ Interface Reader::interface(const Element* e) const {
     its.needs_completed_step = d_.version == 2 ? !truth(e, "completedIntegratorStepNotNeeded")
                                                : truth(e, "needsCompletedIntegratorStep", true);
     its.only_once = truth(e, "canBeInstantiatedOnlyOncePerProcess");
-    if (truth(e, "needsExecutionTool"))
-        refuse(e, "it needs the tool that made it ('needsExecutionTool'); export one that runs without" +
-                      section("3.3.1", "2.4"));
+    its.needs_tool = truth(e, "needsExecutionTool");
     if (const auto* sources = e->FirstChildElement("SourceFiles"))
         for (const auto* file = sources->FirstChildElement("File"); file;
              file = file->NextSiblingElement("File"))

@@ -102,6 +102,11 @@ with tempfile.TemporaryDirectory() as folder:
         assert result.returncode == 1, result
         return result.stderr
 
+    plain = wrapped.read_text()
+    wrapped.write_text(plain.replace("ModelExchange,", "ModelExchange, process: own,"))
+    assert recorded(wrapped, "dormand_prince45") == values
+    wrapped.write_text(plain)
+
     for defines, wanted in (
             ("-DSTATES=3", "odd.fmu: fmi3GetNumberOfContinuousStates gave 3, but its description has 1 continuous states "
                            "(FMI 3.0, section 2.4.8)"),

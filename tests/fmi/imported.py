@@ -74,6 +74,15 @@ with tempfile.TemporaryDirectory() as folder:
         assert "0.3" in text, text
         run(bf, "replay", recording, "--plugin-path", fmus)
 
+        # In a process of its own it does the same.
+        text = wrapped.read_text()
+        wrapped.write_text(text.replace("FMI/FMU,", "FMI/FMU, process: own,"))
+        run(bf, "run", wrapped, "--plugin-path", fmus, "--quiet", "--inputs", inputs, "--record", folder / "own.mcap",
+            "--checkpoint-every", "0.1")
+        assert read_recording(bf, folder / "own.mcap") == got
+        run(bf, "replay", folder / "own.mcap", "--plugin-path", fmus, "--from", "0.35")
+        wrapped.write_text(text)
+
         # Parameters are those of the description, with its limits; they may change in the run.
         run(bf, "run", wrapped, "--plugin-path", fmus, "--quiet", "--inputs", inputs, "--set", "f.k=1", "--record",
             folder / "slow.mcap")
@@ -135,6 +144,11 @@ with tempfile.TemporaryDirectory() as folder:
     assert "odd.fmu: it makes no instance: there is none" in says(), says()
     odd("-DWITHOUT_STEP")
     assert "its library lacks the functions fmi3DoStep (FMI 3.0, section 2.2)" in says(), says()
+    needy = lambda xml: xml.replace('modelIdentifier="odd"', 'modelIdentifier="odd" needsExecutionTool="true"')  # noqa: E731
+    odd("-DNO_INSTANCE", needy)
+    assert "there is none; it says that it needs the tool that made it, which it does not name" in says(), says()
+    odd(change=needy)
+    assert says("--quiet", code=0) == ""
     odd(library="riscv64-linux/odd.so")
     assert "it has no binaries/x86_64-linux/odd.so, but binaries for: riscv64-linux" in says(), says()
     odd(change=lambda xml: xml.replace("<CoSimulation", "<ModelExchange"))
@@ -144,6 +158,28 @@ with tempfile.TemporaryDirectory() as folder:
     odd(files={"../escaped": "x"})
     assert "leaves its folder" in says(), says()
     assert not (folder / "escaped").exists()
+
+    # In a process of its own whatever it does is a message, and the run ends as it should.
+    text = wrapped.read_text()
+    wrapped.write_text(text.replace("FMI/FMU,", "FMI/FMU, process: own, timeout: 0.5,"))
+    for defines, message in (
+            ("-DCRASHES", "stopped at t = 0 s: f: odd.fmu: fmi3DoStep crashed (Segmentation fault)"),
+            ("-DHANGS", "stopped at t = 0 s: f: odd.fmu: fmi3DoStep did not return within 0.5 s"),
+            ("-DABORTS_AT=3", "stopped at t = 0.02 s: f: odd.fmu: fmi3DoStep crashed (Aborted)"),
+            ("-DEXITS", "f: odd.fmu: fmi3DoStep ended its process"),
+            ("-DCRASHES_FIRST", "odd.fmu: fmi3InstantiateCoSimulation crashed (Segmentation fault)"),
+            ("-DFAILS_AT=3", "odd.fmu: fmi3DoStep gave Error: thrown on purpose"),
+            ("-DNO_INSTANCE", "odd.fmu: it makes no instance: there is none"),
+            ("-DWITHOUT_STEP", "its library lacks the functions fmi3DoStep (FMI 3.0, section 2.2)")):
+        odd(defines)
+        assert message in says("--record", str(recording)), (message, says())
+        read_recording(bf, recording)
+    odd()
+    assert says("--quiet", "--record", str(recording), code=0) == ""
+    assert read_recording(bf, recording)["f.y"] == values
+    odd("-DHANGS_LAST")
+    assert says("--quiet", code=0) == ""
+    wrapped.write_text(text)
 
     # What bf check-fmu says of them, and of exported ones.
     def found(*options, fmu="odd.fmu"):

@@ -20,6 +20,9 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
                                          fmi3Boolean logging, fmi3Boolean events, fmi3Boolean early,
                                          const fmi3ValueReference* between, size_t count, fmi3InstanceEnvironment environment,
                                          fmi3LogMessageCallback log, fmi3IntermediateUpdateCallback update) {
+#ifdef CRASHES_FIRST
+    *(volatile int*)NULL = 1;
+#endif
 #ifdef NO_INSTANCE
     log(environment, fmi3Error, "logStatusError", "there is none");
     return NULL;
@@ -29,7 +32,13 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
     odd->log = log;
     return odd;
 }
-void fmi3FreeInstance(fmi3Instance instance) { free(instance); }
+void fmi3FreeInstance(fmi3Instance instance) {
+#ifdef HANGS_LAST
+    for (volatile int waits = 1; waits;) {
+    }
+#endif
+    free(instance);
+}
 fmi3Status fmi3EnterInitializationMode(fmi3Instance i, fmi3Boolean a, fmi3Float64 b, fmi3Float64 c, fmi3Boolean d,
                                        fmi3Float64 e) {
     return fmi3OK;
@@ -52,6 +61,12 @@ fmi3Status fmi3DoStep(fmi3Instance i, fmi3Float64 time, fmi3Float64 step, fmi3Bo
     Odd* odd = i;
 #ifdef CRASHES
     *(volatile int*)NULL = 1;
+#endif
+#ifdef EXITS
+    exit(0);
+#endif
+#ifdef ABORTS_AT
+    if (odd->steps == ABORTS_AT) free((void*)((char*)odd + 8)); /* nothing that malloc gave */
 #endif
 #ifdef HANGS
     for (volatile int waits = 1; waits;) {

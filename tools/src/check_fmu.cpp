@@ -112,11 +112,15 @@ void execute(const CheckFmuOptions& options) {
         const Waiting waiting("running " + options.file);
         for (auto& problem : let_run(options.file, options.timeout)) problems.push_back(std::move(problem));
     }
-    std::printf("%s: FMI %d.0, %s, %zu variables%s\n", options.file.c_str(), d.version,
+    const auto needs_tool = [](const auto& interface) { return interface && interface->needs_tool; };
+    std::printf("%s: FMI %d.0, %s, %zu variables%s%s\n", options.file.c_str(), d.version,
                 d.co_simulation && d.model_exchange ? "co-simulation and model exchange"
                 : d.co_simulation                   ? "co-simulation"
                                                     : "model exchange",
-                d.variables.size(), problems.empty() ? "; nothing is wrong" : "");
+                d.variables.size(),
+                needs_tool(d.co_simulation) || needs_tool(d.model_exchange) ? ", needs the tool that made it"
+                                                                            : "",
+                problems.empty() ? "; nothing is wrong" : "");
     if (problems.empty()) return;
     std::string text = options.file + ": " + std::to_string(problems.size()) +
                        (problems.size() == 1 ? " thing is wrong" : " things are wrong");

@@ -130,8 +130,8 @@ namespace {
 constexpr std::size_t header = 2 + sizeof(Running::Memory) / sizeof(double); ///< numbers before the bytes
 } // namespace
 
-Running::Running(fs::path archive, const Description& d, Kind kind)
-    : archive_(std::move(archive)), kind_(kind) {
+Running::Running(fs::path archive, const Description& d, Kind kind, double timeout)
+    : archive_(std::move(archive)), kind_(kind), timeout_(timeout) {
     const auto& its = kind == Kind::co_simulation ? d.co_simulation : d.model_exchange;
     can_save_ = its && its->has_state && its->can_serialize;
 }
@@ -160,12 +160,16 @@ void Running::restore(const double* from) {
 
 void Running::open() {
     instance.reset();
-    if (!library_) library_ = std::make_unique<Library>(archive_, kind_);
     const std::string name = archive_.filename().string();
-    instance = std::make_unique<Instance>(*library_, name,
-                                          [name](int status, const std::string&, const std::string& text) {
-                                              if (status != 0) bfWarning << name << ": " << text;
-                                          });
+    const Instance::Log log = [name](int status, const std::string&, const std::string& text) {
+        if (status != 0) bfWarning << name << ": " << text;
+    };
+    if (timeout_ > 0) {
+        instance = make_remote_instance(archive_, kind_, name, timeout_, log);
+    } else {
+        if (!library_) library_ = std::make_unique<Library>(archive_, kind_);
+        instance = std::make_unique<LocalInstance>(*library_, name, log);
+    }
     memory = {};
     is_restored = true;
 }
@@ -185,10 +189,11 @@ Status Running::failure(const char* text) noexcept {
 // ---- the block
 
 FmuBlock::FmuBlock(const Arguments& arguments, Kind kind, std::set<std::string> taken)
-    : Block(arguments), names_(std::move(taken)),
-      running_(this, [this, kind] { return std::make_shared<Running>(archive_, description_, kind); }) {
+    : Block(arguments), names_(std::move(taken)), running_(this, [this, kind] {
+          return std::make_shared<Running>(archive_, description_, kind, *process == "own" ? *timeout : 0.0);
+      }) {
     if (fmu->empty()) return; // described without a model
-    names_.insert("fmu");
+    names_.insert({"fmu", "process", "timeout"});
     try {
         archive_ = find_fmu(*fmu);
         auto described = fmi::description_of(archive_);

@@ -50,7 +50,8 @@ class Transfer {
 /// The running FMU of one context, part of snapshots where the FMU can save itself.
 class Running {
   public:
-    Running(std::filesystem::path archive, const Description& d, Kind kind);
+    /// `timeout`: s that a call may take in a process of the FMU's own; 0: it has none.
+    Running(std::filesystem::path archive, const Description& d, Kind kind, double timeout);
 
     bool can_save() const { return can_save_; }
     std::size_t state_size();
@@ -67,6 +68,7 @@ class Running {
   private:
     std::filesystem::path archive_;
     Kind kind_;
+    double timeout_;
     std::unique_ptr<Library> library_; // outlives the instance
     bool can_save_;
     std::vector<std::uint8_t> bytes_;
@@ -96,6 +98,19 @@ class FmuBlock : public Block {
 
     bf::Argument<std::string> fmu{
         this, "fmu", {.doc = "file of the FMU, in a folder that plugins are taken from (--plugin-path)"}};
+
+    bf::Argument<std::string> process{this,
+                                      "process",
+                                      {.initial = "shared",
+                                       .doc = "where the FMU runs: in the process of the run, or in one of "
+                                              "its own, so that its crash is a message",
+                                       .choices = {"shared", "own"}}};
+    bf::Argument<double> timeout{
+        this,
+        "timeout",
+        {.initial = 60,
+         .above = 0,
+         .doc = "how long one of its functions may take in a process of its own [s]"}};
 
   protected:
     Description description_;

@@ -39,12 +39,14 @@ class Library {
     }
     const std::filesystem::path& archive() const { return archive_; }
     std::filesystem::path resources() const { return folder_.path() / "resources"; }
+    /// For messages of one that cannot run: that it needs another program, where it says so.
+    std::string without_tool() const;
     /// The functions of the standard that it lacks.
     std::vector<std::string> missing() const;
     struct Functions; ///< those that are called
 
   private:
-    friend class Instance;
+    friend class LocalInstance;
     std::filesystem::path archive_;
     Kind kind_;
     Description description_;
@@ -68,8 +70,13 @@ class Values {
     void set(std::size_t i, double x);
     const std::vector<std::uint32_t>& references() const { return references_; }
 
+    /// The values as they lie in memory.
+    void* data();
+    const void* data() const { return const_cast<Values*>(this)->data(); }
+    std::size_t bytes() const;
+
   private:
-    friend class Instance;
+    friend class LocalInstance;
     int version_;
     Type type_;
     std::size_t count_ = 0;
@@ -87,61 +94,97 @@ struct Event {
     double next = std::numeric_limits<double>::infinity(); ///< s, of the next event that is known before
 };
 
-/// An instance of the library's kind. Each call is checked against the order of calls first, so that a
-/// mistake of the caller is a message, too. Functions give false when they failed; `failure()` says why.
+/// A running FMU. Functions give false when they failed; `failure()` says why.
 class Instance {
   public:
     /// Gets what the FMU logs: the number of the standard's status, a category, the text.
     using Log = std::function<void(int, const std::string&, const std::string&)>;
-    /// Throws FmuError when the FMU makes none. The library lives longer.
-    Instance(const Library& library, const std::string& name, Log log = {});
-    ~Instance();
+    virtual ~Instance() = default;
     Instance(const Instance&) = delete;
     Instance& operator=(const Instance&) = delete;
 
-    bool enter_initialization(double start) noexcept;
-    bool exit_initialization() noexcept;
-    bool get(Values& values) noexcept;
-    bool set(const Values& values) noexcept;
+    virtual bool enter_initialization(double start) noexcept = 0;
+    virtual bool exit_initialization() noexcept = 0;
+    virtual bool get(Values& values) noexcept = 0;
+    virtual bool set(const Values& values) noexcept = 0;
     /// Of co-simulation. False also when the FMU asks to end the simulation, or does less than the whole
     /// step.
-    bool do_step(double time, double step) noexcept;
-    bool terminate() noexcept;
-    bool reset() noexcept;
+    virtual bool do_step(double time, double step) noexcept = 0;
+    virtual bool terminate() noexcept = 0;
+    virtual bool reset() noexcept = 0;
 
     // Of model exchange. Rows have as many numbers as there are states or event indicators.
     int state_count() const { return state_count_; }
     int indicator_count() const { return indicator_count_; }
-    bool set_time(double time) noexcept;
-    bool set_states(const double* x) noexcept;
-    bool get_states(double* x) noexcept;
+    virtual bool set_time(double time) noexcept = 0;
+    virtual bool set_states(const double* x) noexcept = 0;
+    virtual bool get_states(double* x) noexcept = 0;
     /// False also for one that is not finite.
-    bool get_derivatives(double* rates) noexcept;
-    bool get_indicators(double* z) noexcept;
+    virtual bool get_derivatives(double* rates) noexcept = 0;
+    virtual bool get_indicators(double* z) noexcept = 0;
     /// A step of the solver ended; does the FMU ask for an event?
-    bool complete_step(bool& wants_event) noexcept;
-    bool enter_event_mode() noexcept;
+    virtual bool complete_step(bool& wants_event) noexcept = 0;
+    virtual bool enter_event_mode() noexcept = 0;
     /// Updates discrete states until nothing more changes; false also where that has no end.
-    bool handle_event(Event& event) noexcept;
-    bool enter_continuous_time() noexcept;
+    virtual bool handle_event(Event& event) noexcept = 0;
+    virtual bool enter_continuous_time() noexcept = 0;
 
     /// The state as bytes, with which an instance of the same FMU goes on.
-    bool save(std::vector<std::uint8_t>& bytes) noexcept;
+    virtual bool save(std::vector<std::uint8_t>& bytes) noexcept = 0;
     /// `state`: in which mode they were saved.
-    bool restore(const std::vector<std::uint8_t>& bytes, State state) noexcept;
+    virtual bool restore(const std::vector<std::uint8_t>& bytes, State state) noexcept = 0;
 
-    State state() const { return order_.state(); }
+    virtual State state() const noexcept = 0;
     /// "controller.fmu: fmi3DoStep failed: ...", until the next failure.
     const char* failure() const noexcept { return failure_; }
     /// What the caller finds wrong with what a function gave; false.
     bool fail(const char* function, const char* why) noexcept;
     /// A name that depends on the version of the standard.
     const char* of_version(const char* of_2, const char* of_3) const noexcept {
-        return order_.version() == 2 ? of_2 : of_3;
+        return version_ == 2 ? of_2 : of_3;
     }
+
+  protected:
+    Instance(std::string file, int version) : file_(std::move(file)), version_(version) {}
+
+    std::string file_; ///< for messages
+    int version_, state_count_ = 0, indicator_count_ = 0;
+    char failure_[700] = "";
+};
+
+/// One in this process. Each call is checked against the order of calls first, so that a mistake of the
+/// caller is a message, too.
+class LocalInstance final : public Instance {
+  public:
+    /// Throws FmuError when the FMU makes none. The library lives longer. `doing`, where it is given, has the
+    /// name of the function that is being called.
+    LocalInstance(const Library& library, const std::string& name, Log log = {}, char* doing = nullptr);
+    ~LocalInstance() override;
+
+    bool enter_initialization(double start) noexcept override;
+    bool exit_initialization() noexcept override;
+    bool get(Values& values) noexcept override;
+    bool set(const Values& values) noexcept override;
+    bool do_step(double time, double step) noexcept override;
+    bool terminate() noexcept override;
+    bool reset() noexcept override;
+    bool set_time(double time) noexcept override;
+    bool set_states(const double* x) noexcept override;
+    bool get_states(double* x) noexcept override;
+    bool get_derivatives(double* rates) noexcept override;
+    bool get_indicators(double* z) noexcept override;
+    bool complete_step(bool& wants_event) noexcept override;
+    bool enter_event_mode() noexcept override;
+    bool handle_event(Event& event) noexcept override;
+    bool enter_continuous_time() noexcept override;
+    bool save(std::vector<std::uint8_t>& bytes) noexcept override;
+    bool restore(const std::vector<std::uint8_t>& bytes, State state) noexcept override;
+    State state() const noexcept override { return order_.state(); }
+    static constexpr std::size_t longest_name = 100; ///< of a function, in `doing`
 
   private:
     bool may(Call call, const char* function) noexcept;
+    void note(const char* function) noexcept;
     bool done(Call call, const char* function, int status) noexcept;
     void count_states();
     template <class F> bool get_row(Call call, const char* function, double* to, int count, F&& f) noexcept;
@@ -155,12 +198,17 @@ class Instance {
     CallOrder order_;
     std::string name_, token_;
     Log log_;
+    char* doing_;
     struct Callbacks;
     std::unique_ptr<Callbacks> callbacks_;
     void* instance_ = nullptr;
-    int state_count_ = 0, indicator_count_ = 0;
     std::vector<double> row_; ///< with one number more, by which is found what writes too many
-    char failure_[700] = "", logged_[400] = "";
+    char logged_[400] = "";
 };
+
+/// One in a process of its own, which brings its library along. A crash and a call that does not return
+/// within `timeout` s are failures. Throws FmuError.
+std::unique_ptr<Instance> make_remote_instance(const std::filesystem::path& archive, Kind kind,
+                                               const std::string& name, double timeout, Instance::Log log);
 
 } // namespace bf::fmi

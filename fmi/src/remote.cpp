@@ -1,0 +1,419 @@
+// FMUs in processes of their own: the calls of an instance as messages over a socket.
+#include "bf/fmi/instance.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <poll.h>
+#include <span>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+namespace bf::fmi {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+enum class Operation : std::uint32_t {
+    open,
+    enter_initialization,
+    exit_initialization,
+    get,
+    set,
+    do_step,
+    terminate,
+    reset,
+    set_time,
+    set_states,
+    get_states,
+    get_derivatives,
+    get_indicators,
+    complete_step,
+    enter_event_mode,
+    handle_event,
+    enter_continuous_time,
+    save,
+    restore,
+    log ///< what the FMU said, before the answer
+};
+
+/// Before the bytes of a question or an answer.
+struct Head {
+    Operation operation;
+    std::uint32_t is_good, state, type, references, values; ///< the last three of values on their way
+    double a, b;
+    std::uint64_t size; ///< bytes that follow
+};
+
+using Bytes = std::vector<std::uint8_t>;
+
+/// One end of the socket; false where the other one is gone or, with a timeout in s, late.
+class End {
+  public:
+    explicit End(int file) : file_(file) {}
+    bool send(const Head& head, const void* bytes) const noexcept {
+        return write(&head, sizeof head) && write(bytes, head.size);
+    }
+    bool receive(Head& head, Bytes& bytes, double timeout) noexcept {
+        if (!read(&head, sizeof head, timeout)) return false;
+        bytes.resize(head.size);
+        return read(bytes.data(), bytes.size(), timeout);
+    }
+    bool is_late() const { return is_late_; }
+
+  private:
+    bool write(const void* from, std::size_t count) const noexcept {
+        for (const auto* at = static_cast<const char*>(from); count > 0;) {
+            const auto done = ::send(file_, at, count, MSG_NOSIGNAL);
+            if (done < 0 && errno == EINTR) continue;
+            if (done <= 0) return false;
+            at += done, count -= static_cast<std::size_t>(done);
+        }
+        return true;
+    }
+    bool read(void* to, std::size_t count, double timeout) noexcept {
+        for (auto* at = static_cast<char*>(to); count > 0;) {
+            pollfd waits{file_, POLLIN, 0};
+            const int ready =
+                ::poll(&waits, 1, timeout > 0 ? static_cast<int>(std::min(1000 * timeout, 2e9)) : -1);
+            if (ready < 0 && errno == EINTR) continue;
+            is_late_ = ready == 0;
+            if (ready <= 0) return false;
+            const auto done = ::recv(file_, at, count, 0);
+            if (done < 0 && errno == EINTR) continue;
+            if (done <= 0) return false;
+            at += done, count -= static_cast<std::size_t>(done);
+        }
+        return true;
+    }
+
+    int file_;
+    bool is_late_ = false;
+};
+
+/// Values as the other side has them; the references come before the values.
+Values values_of(const Head& head, const Bytes& bytes, int version) {
+    Values values(version, static_cast<Type>(head.type));
+    std::vector<std::uint32_t> references(head.references);
+    std::memcpy(references.data(), bytes.data(), references.size() * sizeof(std::uint32_t));
+    for (std::size_t i = 0; i < references.size(); ++i) {
+        Variable v;
+        v.reference = references[i];
+        v.type = values.type();
+        // How many elements each has matters to nobody: the last one has all others.
+        v.dimensions = {i + 1 < references.size() ? 0 : static_cast<int>(head.values)};
+        values.add(v);
+    }
+    return values;
+}
+
+/// What the process of the FMU does: it answers until nobody asks.
+class Server {
+  public:
+    Server(int file, char* doing) : end_(file), doing_(doing) {}
+
+    void run(const fs::path& archive, Kind kind, const std::string& name) {
+        try {
+            std::snprintf(doing_, LocalInstance::longest_name, "its opening");
+            const Library library(archive, kind);
+            version_ = library.description().version;
+            LocalInstance instance(
+                library, name,
+                [this](int status, const std::string& category, const std::string& text) {
+                    const std::string both = category + '\0' + text;
+                    end_.send(
+                        {Operation::log, 1, 0, static_cast<std::uint32_t>(status), 0, 0, 0, 0, both.size()},
+                        both.data());
+                },
+                doing_);
+            Head head{Operation::open, 1, instance.state(), 0, 0, 0, 0, 0, 0};
+            head.a = instance.state_count(), head.b = instance.indicator_count();
+            if (!end_.send(head, nullptr)) return;
+            while (end_.receive(head, bytes_, 0)) {
+                head.is_good = answer(instance, head);
+                head.state = instance.state();
+                const void* data = bytes_.data();
+                if (!head.is_good) {
+                    head.size = std::strlen(instance.failure());
+                    data = instance.failure();
+                } else {
+                    head.size = bytes_.size();
+                }
+                if (!end_.send(head, data)) return;
+            }
+            std::snprintf(doing_, LocalInstance::longest_name, "its closing");
+        } catch (const std::exception& error) {
+            const std::string text = error.what();
+            end_.send({Operation::open, 0, 0, 0, 0, 0, 0, 0, text.size()}, text.data());
+        }
+    }
+
+  private:
+    bool answer(Instance& instance, Head& head) {
+        const auto* const question = reinterpret_cast<const double*>(bytes_.data());
+        const auto row = [&](int count, auto&& f) {
+            bytes_.resize(static_cast<std::size_t>(count) * sizeof(double));
+            return f(reinterpret_cast<double*>(bytes_.data()));
+        };
+        switch (head.operation) {
+        case Operation::get: {
+            Values values = values_of(head, bytes_, version_);
+            const bool is_good = instance.get(values);
+            bytes_.assign(static_cast<std::uint8_t*>(values.data()),
+                          static_cast<std::uint8_t*>(values.data()) + values.bytes());
+            return is_good;
+        }
+        case Operation::set: {
+            Values values = values_of(head, bytes_, version_);
+            std::memcpy(values.data(), bytes_.data() + head.references * sizeof(std::uint32_t),
+                        values.bytes());
+            bytes_.clear();
+            return instance.set(values);
+        }
+        case Operation::get_states:
+            return row(instance.state_count(), [&](double* x) { return instance.get_states(x); });
+        case Operation::get_derivatives:
+            return row(instance.state_count(), [&](double* x) { return instance.get_derivatives(x); });
+        case Operation::get_indicators:
+            return row(instance.indicator_count(), [&](double* z) { return instance.get_indicators(z); });
+        case Operation::set_states: return instance.set_states(question);
+        case Operation::save: return instance.save(bytes_);
+        case Operation::restore: return instance.restore(bytes_, static_cast<State>(head.state));
+        default: break;
+        }
+        bytes_.clear();
+        switch (head.operation) {
+        case Operation::enter_initialization: return instance.enter_initialization(head.a);
+        case Operation::exit_initialization: return instance.exit_initialization();
+        case Operation::do_step: return instance.do_step(head.a, head.b);
+        case Operation::terminate: return instance.terminate();
+        case Operation::reset: return instance.reset();
+        case Operation::set_time: return instance.set_time(head.a);
+        case Operation::complete_step: {
+            bool wants_event = false;
+            const bool is_good = instance.complete_step(wants_event);
+            head.a = wants_event;
+            return is_good;
+        }
+        case Operation::enter_event_mode: return instance.enter_event_mode();
+        case Operation::handle_event: {
+            Event event;
+            const bool is_good = instance.handle_event(event);
+            head.a = event.has_jumped, head.b = event.next;
+            return is_good;
+        }
+        case Operation::enter_continuous_time: return instance.enter_continuous_time();
+        default: return instance.fail("", "nobody knows this question");
+        }
+    }
+
+    End end_;
+    char* doing_;
+    int version_ = 3;
+    Bytes bytes_;
+};
+
+class RemoteInstance final : public Instance {
+  public:
+    RemoteInstance(const fs::path& archive, Kind kind, const std::string& name, double timeout, Log log)
+        : Instance(archive.filename().string(), fmi::description_of(archive).version),
+          folder_(archive.stem().string()), timeout_(timeout), log_(std::move(log)) {
+        void* const page = ::mmap(nullptr, LocalInstance::longest_name, PROT_READ | PROT_WRITE,
+                                  MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+        int files[2];
+        if (page == MAP_FAILED || ::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, files) != 0)
+            throw FmuError(archive.string() + ": it gets no process of its own: " + std::strerror(errno));
+        doing_ = static_cast<char*>(page);
+        std::fflush(nullptr);
+        child_ = ::fork();
+        if (child_ == 0) serve(files[1], archive, kind, name);
+        ::close(files[1]);
+        file_ = files[0];
+        end_ = End(file_);
+        if (!receive()) {
+            const std::string text = head_.operation == Operation::open && has_answer_
+                                         ? std::string(bytes_.begin(), bytes_.end())
+                                         : failure_;
+            close();
+            throw FmuError(text);
+        }
+        state_count_ = static_cast<int>(head_.a), indicator_count_ = static_cast<int>(head_.b);
+    }
+    ~RemoteInstance() override { close(); }
+
+    bool enter_initialization(double start) noexcept override {
+        return ask(Operation::enter_initialization, start);
+    }
+    bool exit_initialization() noexcept override { return ask(Operation::exit_initialization); }
+    bool get(Values& values) noexcept override {
+        if (!ask(Operation::get, values, {})) return false;
+        return take(values.data(), values.bytes());
+    }
+    bool set(const Values& values) noexcept override {
+        const auto* const data = static_cast<const std::uint8_t*>(values.data());
+        return ask(Operation::set, values, {data, values.bytes()});
+    }
+    bool do_step(double time, double step) noexcept override { return ask(Operation::do_step, time, step); }
+    bool terminate() noexcept override { return ask(Operation::terminate); }
+    bool reset() noexcept override { return ask(Operation::reset); }
+    bool set_time(double time) noexcept override { return ask(Operation::set_time, time); }
+    bool set_states(const double* x) noexcept override {
+        return ask({Operation::set_states, 0, 0, 0, 0, 0, 0, 0,
+                    static_cast<std::size_t>(state_count_) * sizeof(double)},
+                   x);
+    }
+    bool get_states(double* x) noexcept override { return get_row(Operation::get_states, x, state_count_); }
+    bool get_derivatives(double* rates) noexcept override {
+        return get_row(Operation::get_derivatives, rates, state_count_);
+    }
+    bool get_indicators(double* z) noexcept override {
+        return get_row(Operation::get_indicators, z, indicator_count_);
+    }
+    bool complete_step(bool& wants_event) noexcept override {
+        const bool is_good = ask(Operation::complete_step);
+        wants_event = head_.a != 0;
+        return is_good;
+    }
+    bool enter_event_mode() noexcept override { return ask(Operation::enter_event_mode); }
+    bool handle_event(Event& event) noexcept override {
+        const bool is_good = ask(Operation::handle_event);
+        event = {head_.a != 0, head_.b};
+        return is_good;
+    }
+    bool enter_continuous_time() noexcept override { return ask(Operation::enter_continuous_time); }
+    bool save(std::vector<std::uint8_t>& bytes) noexcept override {
+        if (!ask(Operation::save)) return false;
+        bytes = bytes_;
+        return true;
+    }
+    bool restore(const std::vector<std::uint8_t>& bytes, State state) noexcept override {
+        return ask({Operation::restore, 0, state, 0, 0, 0, 0, 0, bytes.size()}, bytes.data());
+    }
+    State state() const noexcept override { return state_; }
+
+  private:
+    /// In the new process, which ends here.
+    [[noreturn]] void serve(int file, const fs::path& archive, Kind kind, const std::string& name) noexcept {
+        ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+        for (const int signal : {SIGINT, SIGTERM}) ::signal(signal, SIG_IGN); // who asked for it ends it
+        for (const int signal : {SIGSEGV, SIGABRT, SIGFPE, SIGBUS, SIGILL}) ::signal(signal, SIG_DFL);
+        ::dup2(file, 3);
+        ::close_range(4, ~0u, 0);
+        ::setenv("TMPDIR", folder_.path().c_str(), 1);
+        Server(3, doing_).run(archive, kind, name);
+        ::_exit(0);
+    }
+
+    bool ask(const Head& question, const void* bytes) noexcept {
+        if (child_ < 0) return false; // and why is known
+        return end_.send(question, bytes) ? receive() : lose();
+    }
+    bool ask(Operation operation, double a = 0, double b = 0) noexcept {
+        return ask({operation, 0, 0, 0, 0, 0, a, b, 0}, nullptr);
+    }
+    bool ask(Operation operation, const Values& values, std::span<const std::uint8_t> data) noexcept {
+        const auto& references = values.references();
+        const std::size_t size = references.size() * sizeof references[0];
+        question_.resize(size + data.size());
+        std::memcpy(question_.data(), references.data(), size);
+        std::copy(data.begin(), data.end(), question_.begin() + static_cast<std::ptrdiff_t>(size));
+        return ask({operation, 0, 0, static_cast<std::uint32_t>(values.type()),
+                    static_cast<std::uint32_t>(references.size()), static_cast<std::uint32_t>(values.size()),
+                    0, 0, question_.size()},
+                   question_.data());
+    }
+    bool get_row(Operation operation, double* to, int count) noexcept {
+        return ask(operation) && take(to, static_cast<std::size_t>(count) * sizeof(double));
+    }
+    bool take(void* to, std::size_t count) noexcept {
+        if (bytes_.size() != count) return fail("", "its process gave an answer of another size");
+        std::memcpy(to, bytes_.data(), count);
+        return true;
+    }
+
+    /// The answer, after what the FMU logged.
+    bool receive() noexcept {
+        has_answer_ = false;
+        for (;;) {
+            if (!end_.receive(head_, bytes_, timeout_)) return lose();
+            if (head_.operation != Operation::log) break;
+            const auto middle = std::find(bytes_.begin(), bytes_.end(), 0);
+            if (!log_ || middle == bytes_.end()) continue;
+            try {
+                log_(static_cast<int>(head_.type), {bytes_.begin(), middle}, {middle + 1, bytes_.end()});
+            } catch (const std::exception&) { // a message that cannot be kept is lost
+            }
+        }
+        has_answer_ = true;
+        state_ = static_cast<State>(head_.state);
+        if (head_.is_good) return true;
+        std::snprintf(failure_, sizeof failure_, "%.*s", static_cast<int>(bytes_.size()),
+                      reinterpret_cast<const char*>(bytes_.data()));
+        return false;
+    }
+
+    /// Says what became of the process.
+    bool lose() noexcept {
+        char why[200];
+        const bool is_late = end_.is_late();
+        if (is_late) ::kill(child_, SIGKILL);
+        const int status = end();
+        if (is_late)
+            std::snprintf(why, sizeof why, " did not return within %g s", timeout_);
+        else if (WIFSIGNALED(status))
+            std::snprintf(why, sizeof why, " crashed (%s)", ::strsignal(WTERMSIG(status)));
+        else
+            std::snprintf(why, sizeof why, " ended its process");
+        doing_[LocalInstance::longest_name - 1] = '\0';
+        state_ = failed;
+        return fail(doing_, why);
+    }
+    int end() noexcept {
+        int status = 0;
+        while (child_ > 0 && ::waitpid(child_, &status, 0) < 0 && errno == EINTR) {
+        }
+        child_ = -1;
+        return status;
+    }
+    /// The FMU may end in its own way, but not take long for it.
+    void close() noexcept {
+        if (file_ >= 0) ::shutdown(file_, SHUT_WR);
+        if (child_ > 0) {
+            pollfd ends{file_, POLLIN, 0};
+            if (::poll(&ends, 1, static_cast<int>(std::min(1000 * timeout_, 2e9))) == 0)
+                ::kill(child_, SIGKILL);
+            end();
+        }
+        if (file_ >= 0) ::close(file_);
+        if (doing_) ::munmap(doing_, LocalInstance::longest_name);
+        file_ = -1, doing_ = nullptr;
+    }
+
+    TemporaryFolder folder_; ///< around what the process leaves behind where it is killed
+    double timeout_;
+    Log log_;
+    char* doing_ = nullptr; ///< shared with the process
+    int file_ = -1;
+    pid_t child_ = -1;
+    End end_{-1};
+    Head head_{};
+    Bytes bytes_, question_;
+    bool has_answer_ = false;
+    State state_ = instantiated;
+};
+
+} // namespace
+
+std::unique_ptr<Instance> make_remote_instance(const fs::path& archive, Kind kind, const std::string& name,
+                                               double timeout, Instance::Log log) {
+    return std::make_unique<RemoteInstance>(archive, kind, name, timeout, std::move(log));
+}
+
+} // namespace bf::fmi

@@ -16,8 +16,8 @@ namespace bf::codegen {
 namespace {
 
 /// The inputs of the root on which signals depend in the same step: through inputs that a block reads for its
-/// outputs, through what decides whether and how often it runs, and through the objects that it shares with
-/// others.
+/// outputs, or by which it finds and answers crossings, as states then jump in the step, through what decides
+/// whether and how often it runs, and through the objects that it shares with others.
 class Dependencies {
   public:
     explicit Dependencies(const Diagram& diagram) : diagram_(diagram) {
@@ -41,7 +41,8 @@ class Dependencies {
         const auto& node = diagram_.nodes[static_cast<std::size_t>(end.node)];
         for (std::size_t s = 0; s < node.sources.size(); ++s)
             if (node.block->resolution().slots[s].role == Role::input &&
-                node.block->feedthrough(end.slot, static_cast<int>(s)))
+                (node.block->feedthrough(end.slot, static_cast<int>(s)) ||
+                 decides_events(node, static_cast<int>(s))))
                 follow(node.sources[s].node >= 0 ? node.sources[s]
                                                  : Node::End{end.node, static_cast<int>(s)});
         for (int c = node.condition; c >= 0; c = diagram_.conditions[static_cast<std::size_t>(c)].parent) {
@@ -53,6 +54,23 @@ class Dependencies {
             for (const auto& by : {loop.count, loop.initial, loop.again}) follow(by);
         }
         for (const auto& provider : node.providers) follow_all(provider.node);
+    }
+    /// Does the block read the input where it looks for crossings that it answers, or answers them?
+    static bool decides_events(const DiagramNode& node, int input) {
+        const Declaration& d = node.block->declaration();
+        if (!node.block->answers(node.methods)) return false;
+        if (node.methods.guards || node.methods.event) return true;
+        const auto is_answered = [&](const Call& rule) {
+            for (std::size_t s = 0; s < d.slots.size(); ++s)
+                if (d.slots[s].role == Role::guard && d.slots[s].type == Type::float64 &&
+                    rule.writes(static_cast<int>(s)))
+                    return true;
+            return false;
+        };
+        const auto reads = [&](const Call& rule) { return rule.reads(input); };
+        return std::any_of(d.event_rules.begin(), d.event_rules.end(), reads) ||
+               std::any_of(d.guard_rules.begin(), d.guard_rules.end(),
+                           [&](const Call& rule) { return is_answered(rule) && reads(rule); });
     }
     /// All that a provider reads.
     void follow_all(int n) {

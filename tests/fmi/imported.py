@@ -102,6 +102,30 @@ with tempfile.TemporaryDirectory() as folder:
         assert "loop" in text and "f.counted" in text, text
         print(f"FMI {version}.0: {compared} numbers are the same; snapshots, parameters and loops are as they should be")
 
+    # An output depends on what makes states jump in the same instant, and on nothing else that these follow.
+    jumps = folder / "jumps.yaml"
+    jumps.write_text(f"model: jumps\nstep: {STEP}\nstop: {STEPS * STEP}\nsolver: rk4\ninputs: [u, go]\noutputs: [y, z]\n"
+                     "blocks:\n  a: {block: LimitedIntegrator, reset: rising, initial: -1}\n  b: {block: LimitedIntegrator, "
+                     "lower: -2}\nconnections: {u: [a.u, b], go: a.reset, a: y, b: z}\nrecord: [a, b]\n")
+    inputs = folder / "jumps.csv"
+    inputs.write_text("time,u,go\n" + "".join(f"{k * STEP!r},{3 * math.sin(k)!r},{k // 13 % 2}\n" for k in range(STEPS + 1)))
+    run(bf, "run", jumps, "--quiet", "--inputs", inputs, "--record", folder / "alone.mcap")
+    recorded = read_recording(bf, folder / "alone.mcap")
+    for version in (2, 3):
+        run(bf, "export-fmu", jumps, "--fmi", version, "-o", fmus / "jumps.fmu")
+        with zipfile.ZipFile(fmus / "jumps.fmu") as archive:
+            description = archive.read("modelDescription.xml").decode()
+        assert re.findall('<(?:Output|Unknown) [a-zA-Z]*="[345]" dependencies="([0-9]*)"', description)[:2] == [
+            "2" if version == 3 else "3", ""], description
+        wrapped = folder / "wrapped.yaml"
+        wrapped.write_text(wrapper("jumps.fmu", ["u", "go"], record="[f.y, f.z]"))
+        run(bf, "run", wrapped, "--plugin-path", fmus, "--quiet", "--inputs", inputs, "--record", folder / "wrapped.mcap")
+        got = read_recording(bf, folder / "wrapped.mcap")
+        for name, block in (("f.y", "a"), ("f.z", "b")):
+            for time, values in recorded[block].items():
+                assert got[name][time][-1] == values[-1], (version, name, time, got[name][time], values)
+        assert [-1.0] == got["f.y"][130_000_000][-1]
+
     # A document does not say where programs come from.
     wrapped = folder / "wrapped.yaml"
     for name in ("sides3.fmu", str(fmus / "sides3.fmu"), "../fmus/sides3.fmu"):

@@ -166,19 +166,18 @@ BF_FMI_FUNCTION(fmi2NewDiscreteStates, (fmi2Component handle, fmi2EventInfo* inf
                 })
 
 // What this FMU has not: steps end before fmi2DoStep does.
-#define BF_FMI2_NONE(name, ...)                                                                              \
-    fmi2Status name(fmi2Component handle, ##__VA_ARGS__) { return bf::generated::unsupported(handle, #name); }
 using bf_fmi2_references = const fmi2ValueReference*;
-BF_FMI2_NONE(fmi2GetString, bf_fmi2_references, size_t, fmi2String*)
-BF_FMI2_NONE(fmi2SetString, bf_fmi2_references, size_t, const fmi2String*)
-BF_FMI2_NONE(fmi2GetDirectionalDerivative, bf_fmi2_references, size_t, bf_fmi2_references, size_t,
-             const fmi2Real*, fmi2Real*)
-BF_FMI2_NONE(fmi2SetRealInputDerivatives, bf_fmi2_references, size_t, const fmi2Integer*, const fmi2Real*)
-BF_FMI2_NONE(fmi2GetRealOutputDerivatives, bf_fmi2_references, size_t, const fmi2Integer*, fmi2Real*)
-BF_FMI2_NONE(fmi2CancelStep)
-BF_FMI2_NONE(fmi2GetStatus, const fmi2StatusKind, fmi2Status*)
-BF_FMI2_NONE(fmi2GetIntegerStatus, const fmi2StatusKind, fmi2Integer*)
-BF_FMI2_NONE(fmi2GetStringStatus, const fmi2StatusKind, fmi2String*)
-#undef BF_FMI2_NONE
+BF_FMI_NONE(fmi2GetString, (fmi2Component handle, bf_fmi2_references, size_t, fmi2String*))
+BF_FMI_NONE(fmi2SetString, (fmi2Component handle, bf_fmi2_references, size_t, const fmi2String*))
+BF_FMI_NONE(fmi2GetDirectionalDerivative, (fmi2Component handle, bf_fmi2_references, size_t,
+                                           bf_fmi2_references, size_t, const fmi2Real*, fmi2Real*))
+BF_FMI_NONE(fmi2SetRealInputDerivatives,
+            (fmi2Component handle, bf_fmi2_references, size_t, const fmi2Integer*, const fmi2Real*))
+BF_FMI_NONE(fmi2GetRealOutputDerivatives,
+            (fmi2Component handle, bf_fmi2_references, size_t, const fmi2Integer*, fmi2Real*))
+BF_FMI_NONE(fmi2CancelStep, (fmi2Component handle))
+BF_FMI_NONE(fmi2GetStatus, (fmi2Component handle, const fmi2StatusKind, fmi2Status*))
+BF_FMI_NONE(fmi2GetIntegerStatus, (fmi2Component handle, const fmi2StatusKind, fmi2Integer*))
+BF_FMI_NONE(fmi2GetStringStatus, (fmi2Component handle, const fmi2StatusKind, fmi2String*))
 
 } // extern "C"

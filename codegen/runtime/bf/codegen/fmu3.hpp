@@ -200,39 +200,42 @@ BF_FMI_FUNCTION(fmi3GetNumberOfContinuousStates, (fmi3Instance handle, size_t* c
 })
 
 // What this FMU has not.
-#define BF_FMI3_NONE(name, ...)                                                                              \
-    fmi3Status name(fmi3Instance handle, ##__VA_ARGS__) { return bf::generated::unsupported(handle, #name); }
 using bf_fmi3_references = const fmi3ValueReference*;
-BF_FMI3_NONE(fmi3GetInt64, bf_fmi3_references, size_t, fmi3Int64*, size_t)
-BF_FMI3_NONE(fmi3SetInt64, bf_fmi3_references, size_t, const fmi3Int64*, size_t)
-BF_FMI3_NONE(fmi3GetUInt64, bf_fmi3_references, size_t, fmi3UInt64*, size_t)
-BF_FMI3_NONE(fmi3SetUInt64, bf_fmi3_references, size_t, const fmi3UInt64*, size_t)
-BF_FMI3_NONE(fmi3GetString, bf_fmi3_references, size_t, fmi3String*, size_t)
-BF_FMI3_NONE(fmi3SetString, bf_fmi3_references, size_t, const fmi3String*, size_t)
-BF_FMI3_NONE(fmi3GetBinary, bf_fmi3_references, size_t, size_t*, fmi3Binary*, size_t)
-BF_FMI3_NONE(fmi3SetBinary, bf_fmi3_references, size_t, const size_t*, const fmi3Binary*, size_t)
-BF_FMI3_NONE(fmi3GetClock, bf_fmi3_references, size_t, fmi3Clock*)
-BF_FMI3_NONE(fmi3SetClock, bf_fmi3_references, size_t, const fmi3Clock*)
-BF_FMI3_NONE(fmi3GetDirectionalDerivative, bf_fmi3_references, size_t, bf_fmi3_references, size_t,
-             const fmi3Float64*, size_t, fmi3Float64*, size_t)
-BF_FMI3_NONE(fmi3GetAdjointDerivative, bf_fmi3_references, size_t, bf_fmi3_references, size_t,
-             const fmi3Float64*, size_t, fmi3Float64*, size_t)
-BF_FMI3_NONE(fmi3GetNumberOfVariableDependencies, fmi3ValueReference, size_t*)
-BF_FMI3_NONE(fmi3GetVariableDependencies, fmi3ValueReference, size_t*, fmi3ValueReference*, size_t*,
-             fmi3DependencyKind*, size_t)
-BF_FMI3_NONE(fmi3GetIntervalDecimal, bf_fmi3_references, size_t, fmi3Float64*, fmi3IntervalQualifier*)
-BF_FMI3_NONE(fmi3GetIntervalFraction, bf_fmi3_references, size_t, fmi3UInt64*, fmi3UInt64*,
-             fmi3IntervalQualifier*)
-BF_FMI3_NONE(fmi3GetShiftDecimal, bf_fmi3_references, size_t, fmi3Float64*)
-BF_FMI3_NONE(fmi3GetShiftFraction, bf_fmi3_references, size_t, fmi3UInt64*, fmi3UInt64*)
-BF_FMI3_NONE(fmi3SetIntervalDecimal, bf_fmi3_references, size_t, const fmi3Float64*)
-BF_FMI3_NONE(fmi3SetIntervalFraction, bf_fmi3_references, size_t, const fmi3UInt64*, const fmi3UInt64*)
-BF_FMI3_NONE(fmi3SetShiftDecimal, bf_fmi3_references, size_t, const fmi3Float64*)
-BF_FMI3_NONE(fmi3SetShiftFraction, bf_fmi3_references, size_t, const fmi3UInt64*, const fmi3UInt64*)
-BF_FMI3_NONE(fmi3EvaluateDiscreteStates)
-BF_FMI3_NONE(fmi3EnterStepMode)
-BF_FMI3_NONE(fmi3GetOutputDerivatives, bf_fmi3_references, size_t, const fmi3Int32*, fmi3Float64*, size_t)
-BF_FMI3_NONE(fmi3ActivateModelPartition, fmi3ValueReference, fmi3Float64)
-#undef BF_FMI3_NONE
+BF_FMI_NONE(fmi3GetInt64, (fmi3Instance handle, bf_fmi3_references, size_t, fmi3Int64*, size_t))
+BF_FMI_NONE(fmi3SetInt64, (fmi3Instance handle, bf_fmi3_references, size_t, const fmi3Int64*, size_t))
+BF_FMI_NONE(fmi3GetUInt64, (fmi3Instance handle, bf_fmi3_references, size_t, fmi3UInt64*, size_t))
+BF_FMI_NONE(fmi3SetUInt64, (fmi3Instance handle, bf_fmi3_references, size_t, const fmi3UInt64*, size_t))
+BF_FMI_NONE(fmi3GetString, (fmi3Instance handle, bf_fmi3_references, size_t, fmi3String*, size_t))
+BF_FMI_NONE(fmi3SetString, (fmi3Instance handle, bf_fmi3_references, size_t, const fmi3String*, size_t))
+BF_FMI_NONE(fmi3GetBinary, (fmi3Instance handle, bf_fmi3_references, size_t, size_t*, fmi3Binary*, size_t))
+BF_FMI_NONE(fmi3SetBinary,
+            (fmi3Instance handle, bf_fmi3_references, size_t, const size_t*, const fmi3Binary*, size_t))
+BF_FMI_NONE(fmi3GetClock, (fmi3Instance handle, bf_fmi3_references, size_t, fmi3Clock*))
+BF_FMI_NONE(fmi3SetClock, (fmi3Instance handle, bf_fmi3_references, size_t, const fmi3Clock*))
+BF_FMI_NONE(fmi3GetDirectionalDerivative,
+            (fmi3Instance handle, bf_fmi3_references, size_t, bf_fmi3_references, size_t, const fmi3Float64*,
+             size_t, fmi3Float64*, size_t))
+BF_FMI_NONE(fmi3GetAdjointDerivative, (fmi3Instance handle, bf_fmi3_references, size_t, bf_fmi3_references,
+                                       size_t, const fmi3Float64*, size_t, fmi3Float64*, size_t))
+BF_FMI_NONE(fmi3GetNumberOfVariableDependencies, (fmi3Instance handle, fmi3ValueReference, size_t*))
+BF_FMI_NONE(fmi3GetVariableDependencies, (fmi3Instance handle, fmi3ValueReference, size_t*,
+                                          fmi3ValueReference*, size_t*, fmi3DependencyKind*, size_t))
+BF_FMI_NONE(fmi3GetIntervalDecimal,
+            (fmi3Instance handle, bf_fmi3_references, size_t, fmi3Float64*, fmi3IntervalQualifier*))
+BF_FMI_NONE(fmi3GetIntervalFraction, (fmi3Instance handle, bf_fmi3_references, size_t, fmi3UInt64*,
+                                      fmi3UInt64*, fmi3IntervalQualifier*))
+BF_FMI_NONE(fmi3GetShiftDecimal, (fmi3Instance handle, bf_fmi3_references, size_t, fmi3Float64*))
+BF_FMI_NONE(fmi3GetShiftFraction, (fmi3Instance handle, bf_fmi3_references, size_t, fmi3UInt64*, fmi3UInt64*))
+BF_FMI_NONE(fmi3SetIntervalDecimal, (fmi3Instance handle, bf_fmi3_references, size_t, const fmi3Float64*))
+BF_FMI_NONE(fmi3SetIntervalFraction,
+            (fmi3Instance handle, bf_fmi3_references, size_t, const fmi3UInt64*, const fmi3UInt64*))
+BF_FMI_NONE(fmi3SetShiftDecimal, (fmi3Instance handle, bf_fmi3_references, size_t, const fmi3Float64*))
+BF_FMI_NONE(fmi3SetShiftFraction,
+            (fmi3Instance handle, bf_fmi3_references, size_t, const fmi3UInt64*, const fmi3UInt64*))
+BF_FMI_NONE(fmi3EvaluateDiscreteStates, (fmi3Instance handle))
+BF_FMI_NONE(fmi3EnterStepMode, (fmi3Instance handle))
+BF_FMI_NONE(fmi3GetOutputDerivatives,
+            (fmi3Instance handle, bf_fmi3_references, size_t, const fmi3Int32*, fmi3Float64*, size_t))
+BF_FMI_NONE(fmi3ActivateModelPartition, (fmi3Instance handle, fmi3ValueReference, fmi3Float64))
 
 } // extern "C"

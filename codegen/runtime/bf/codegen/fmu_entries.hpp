@@ -96,6 +96,10 @@ inline bool has_none(const FmuInstance& instance, const char* function, std::uin
             [&]([[maybe_unused]] bf::generated::FmuInstance & instance) -> bool __VA_ARGS__);                \
     }
 
+/// One of what this FMU has not.
+#define BF_FMI_NONE(name, parameters)                                                                        \
+    bf::generated::FmuStatus name parameters { return bf::generated::unsupported(handle, BF_FMI_NAME(name)); }
+
 extern "C" {
 
 BF_FMI_FUNCTION(BF_FMI(ExitInitializationMode), (void* handle), run, exit_initialization,

@@ -10,12 +10,12 @@
 #define STATES 1
 #endif
 #ifndef RATE
-#define RATE odd->u - odd->x
+#define RATE odd->k*(odd->u - odd->x)
 #endif
 
 enum { initial, events, continuous };
 typedef struct {
-    double time, x, u;
+    double time, x, u, k;
     int mode, count, before, on, asked, jumped, wrong;
     fmi3InstanceEnvironment environment;
     fmi3LogMessageCallback log;
@@ -34,7 +34,7 @@ fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi
                                           fmi3Boolean logging, fmi3InstanceEnvironment environment,
                                           fmi3LogMessageCallback log) {
     Odd* odd = calloc(1, sizeof *odd);
-    odd->x = 1;
+    odd->x = odd->k = 1;
     odd->environment = environment;
     odd->log = log;
     return odd;
@@ -135,7 +135,12 @@ fmi3Status fmi3GetFloat64(fmi3Instance i, const fmi3ValueReference* r, size_t n,
     return fmi3OK;
 }
 fmi3Status fmi3SetFloat64(fmi3Instance i, const fmi3ValueReference* r, size_t n, const fmi3Float64* values, size_t size) {
-    ((Odd*)i)->u = *values;
+    Odd* odd = i;
+    for (size_t k = 0; k < n; ++k) {
+        if (r[k] == 8 && odd->mode != initial) return fmi3Error; /* it is fixed */
+        if (r[k] == 9 && odd->mode == continuous) return fmi3Error;
+        *(r[k] == 9 ? &odd->k : r[k] == 1 ? &odd->u : &(double){0}) = values[k];
+    }
     return fmi3OK;
 }
 fmi3Status fmi3GetBoolean(fmi3Instance i, const fmi3ValueReference* r, size_t n, fmi3Boolean* values, size_t size) {

@@ -17,7 +17,8 @@ class CoSimulation final : public FmuBlock {
                 "an FMU for co-simulation does steps of a fixed length; give the block a period");
         Running& its = at[running_];
         its.open();
-        its.transfers = {{description_, parameters_},
+        its.transfers = {{description_, parameters_, [](const Port& p) { return !p.is_tunable; }},
+                         {description_, parameters_, [](const Port& p) { return p.is_tunable; }},
                          {description_, inputs_, [](const Port& input) { return input.is_early; }},
                          {description_, inputs_, [](const Port& input) { return !input.is_early; }},
                          {description_, outputs_}};
@@ -46,19 +47,19 @@ class CoSimulation final : public FmuBlock {
     }
 
   private:
-    enum { parameters, early, late, outputs }; ///< transfers
+    enum { fixed, tunable, early, late, outputs }; ///< transfers
 
     bool begin(Now at) const noexcept {
         Running& its = at[running_];
         its.memory.is_initialized = 0;
-        return its.transfers[parameters].write_to(*its.instance, at) &&
+        return its.transfers[fixed].write_to(*its.instance, at) &&
+               its.transfers[tunable].write_to(*its.instance, at) &&
                its.instance->enter_initialization(at.time());
     }
-    /// Parameters that were changed since the last step.
+    /// Parameters that were changed since the last step; fixed ones count where a run begins.
     bool tune(Now at) const noexcept {
         Running& its = at[running_];
-        return !its.transfers[parameters].differs(at) ||
-               its.transfers[parameters].write_to(*its.instance, at);
+        return !its.transfers[tunable].differs(at) || its.transfers[tunable].write_to(*its.instance, at);
     }
 };
 

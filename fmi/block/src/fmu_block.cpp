@@ -277,7 +277,8 @@ template <Role role> Port FmuBlock::declare(int number, const Variable& v) {
         if (v.maximum) about.maximum = *v.maximum;
     }
     const std::string name = name_of(v);
-    Port port{number, -1, v.variability == Variability::continuous, false, {}};
+    Port port{number, -1, v.variability == Variability::continuous, v.variability == Variability::tunable,
+              false,  {}};
     const auto make = [&](auto t, auto scalar) {
         using Element = typename decltype(t)::type;
         using T = std::conditional_t<decltype(scalar)::value, Element, Array<Element>>;

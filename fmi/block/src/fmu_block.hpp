@@ -18,8 +18,8 @@ namespace bf::fmi {
 struct Port {
     int variable; ///< its number
     int slot;
-    bool is_continuous;    ///< of its variability
-    bool is_early = false; ///< of inputs: does an output wait for it?
+    bool is_continuous, is_tunable; ///< of its variability
+    bool is_early = false;          ///< of inputs: does an output wait for it?
     std::function<void*(Now)> memory;
 };
 using Ports = std::vector<Port>;

@@ -28,7 +28,8 @@ class ModelExchange final : public FmuBlock {
             if (!its.instance) {
                 its.open();
                 its.transfers = {
-                    {description_, parameters_},
+                    {description_, parameters_, [](const Port& p) { return !p.is_tunable; }},
+                    {description_, parameters_, [](const Port& p) { return p.is_tunable; }},
                     {description_, inputs_, [](const Port& p) { return p.is_continuous; }},
                     {description_, inputs_, [](const Port& p) { return !p.is_continuous; }},
                     {description_, inputs_, [](const Port& p) { return p.is_continuous && p.is_early; }},
@@ -42,7 +43,7 @@ class ModelExchange final : public FmuBlock {
         }
         its.memory = {};
         its.row.resize(static_cast<std::size_t>(its.instance->state_count()));
-        return its.transfers[parameters].write_to(*its.instance, at) &&
+        return write(its, at, fixed) && write(its, at, tunable) &&
                        its.instance->enter_initialization(at.time()) && its.instance->exit_initialization() &&
                        get_states(its, after)
                    ? ok
@@ -74,7 +75,7 @@ class ModelExchange final : public FmuBlock {
         if (indicators.is_present() && !its.instance->get_indicators(guards[indicators].data()))
             return its.failure();
         const bool is_changed = its.instance->state() == event_mode || its.transfers[discrete].differs(at) ||
-                                its.transfers[parameters].differs(at);
+                                its.transfers[tunable].differs(at);
         guards[change] =
             its.memory.sign *
             (is_changed ? -1.0 : std::min(1.0, its.memory.next_event - at.time() + 2 * slack(at)));
@@ -110,7 +111,7 @@ class ModelExchange final : public FmuBlock {
     }
 
   private:
-    enum { parameters, continuous, discrete, early_continuous, early_discrete, outputs }; ///< transfers
+    enum { fixed, tunable, continuous, discrete, early_continuous, early_discrete, outputs }; ///< transfers
 
     std::optional<std::vector<std::string>> state_names() const {
         std::vector<std::string> names;
@@ -171,7 +172,7 @@ class ModelExchange final : public FmuBlock {
     bool settle(Running& its, Now at, bool& has_jumped) const noexcept {
         Event event;
         if (!write(its, at, continuous) || !write(its, at, discrete) ||
-            (its.transfers[parameters].differs(at) && !write(its, at, parameters)) ||
+            (its.transfers[tunable].differs(at) && !write(its, at, tunable)) ||
             !its.instance->handle_event(event))
             return false;
         has_jumped = event.has_jumped;

@@ -56,11 +56,11 @@ TEST_F(Archives, GiveBackWhatWasWrittenAndAreTheSameBytesEachTime) {
 TEST_F(Archives, AreRefusedWhoseFilesAreNotWhatTheListSays) {
     const std::string damaged = "'a' cannot be read: it is damaged";
     // More and fewer bytes than come, another checksum; the list has it at 16, the length at 24.
-    for (const auto& [at, by] : {std::pair(24, 1), {24, -1}, {16, 1}})
+    for (const auto& change : {std::pair(24, 1), {24, -1}, {16, 1}})
         EXPECT_EQ(refusal({{"a", std::string(1000, 'x')}},
                           [&](std::string& bytes) {
-                              char& byte = bytes[entry(bytes) + static_cast<std::size_t>(at)];
-                              byte = static_cast<char>(byte + by);
+                              char& byte = bytes[entry(bytes) + static_cast<std::size_t>(change.first)];
+                              byte = static_cast<char>(byte + change.second);
                           }),
                   damaged);
 }

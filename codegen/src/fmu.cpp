@@ -86,6 +86,17 @@ class Dependencies {
     std::set<std::pair<int, int>> seen_;
 };
 
+/// Is the parameter one that no rule reads, but a state takes its initial value from, at the start alone?
+bool is_initial(const DiagramNode& node, int parameter) {
+    if (node.condition > 0 || node.loop >= 0) return false; // which may begin anew
+    const Declaration& d = node.block->declaration();
+    for (const Phase phase : phases)
+        for (const Call& rule : d.rules(phase))
+            if (rule.reads(parameter)) return false;
+    return std::any_of(d.slots.begin(), d.slots.end(),
+                       [&](const SlotDeclaration& slot) { return slot.initial_from == parameter; });
+}
+
 std::vector<double> elements_of(const std::vector<double>& initial, std::size_t count) {
     if (initial.size() == count) return initial;
     return std::vector<double>(count, initial.empty() ? 0.0 : initial.front());
@@ -122,7 +133,10 @@ FmuCode Generator::fmu(int version) {
                 "no FMU can be made of '" + diagram_.name + "': '" + variable.name +
                 "' names two of its ports, parameters or variables, or is the time; rename one");
         rows += std::string("    {") + table + ", " + number(row) + ", " +
-                (variable.role == FmuVariable::Role::calculated ? "true" : "false") + "},\n";
+                (variable.role == FmuVariable::Role::calculated ? "FmuSetting::none"
+                 : variable.role == FmuVariable::Role::fixed    ? "FmuSetting::before"
+                                                                : "FmuSetting::always") +
+                "},\n";
         code.variables.push_back(std::move(variable));
     };
     const auto of_slot = [&](FmuVariable::Role role, const std::string& path, const Node::End& end) {
@@ -169,6 +183,8 @@ FmuCode Generator::fmu(int version) {
     row = 0;
     for (const auto& field : parameters_) {
         auto variable = of_slot(role_of(field.path), field.path, field.end);
+        if (variable.role == FmuVariable::Role::parameter && is_initial(node(field.end.node), field.end.slot))
+            variable.role = FmuVariable::Role::fixed;
         add(std::move(variable), "bf_run_parameters", row++);
     }
     row = 0;
@@ -216,8 +232,8 @@ FmuCode Generator::fmu(int version) {
         "// " + comment(diagram_.name) + " as an FMU of FMI " + std::to_string(version) +
         ".0.\n#include \"bf/codegen/" + standard + ".hpp\"\n#include \"" + file_ +
         ".hpp\"\n\nextern \"C\" const bf_run_library* bf_run_v1(void);\n\n"
-        "static constexpr bf::generated::FmuVariable rows[] = {\n" +
-        (rows.empty() ? "    {bf_run_inputs, 0, false}, // none: not counted\n" : rows) +
+        "using bf::generated::FmuSetting;\nstatic constexpr bf::generated::FmuVariable rows[] = {\n" +
+        (rows.empty() ? "    {bf_run_inputs, 0, FmuSetting::none}, // none: not counted\n" : rows) +
         "};\nconst bf::generated::FmuTables bf::generated::fmu_tables{bf_run_v1, " + literal(code.token) +
         ", rows, " + std::to_string(code.variables.size()) + ", &bf::generated::ExchangeOf<" + class_ +
         ">::functions};\n";

@@ -163,6 +163,10 @@ with tempfile.TemporaryDirectory() as folder:
         assert "must be from 0 to 10, but is 11" in one.refused(one.set, "k", [11.0])
         assert one.get("k") == [3.0] and one.get("twice") == [6.0]
         assert "'twice' is computed" in one.refused(one.set, "twice", [1.0])
+        assert "'slow.initial' is fixed" in one.refused(one.set, "slow.initial", [1.0])
+        fixed = {v.name for v in one.described.modelVariables if v.variability == "fixed"}
+        assert fixed == {"slow.initial", *(["plant.initial"] if version == 3 else
+                                           [f"plant.initial[{i}]" for i in (1, 2, 3)])}, fixed
 
         # A state is gone back to, also from bytes and in another instance.
         save = other.fmu.getFMUState if version == 3 else other.fmu.getFMUstate

@@ -69,8 +69,9 @@ fmi::Variable variable_of(const codegen::FmuVariable& v, std::uint32_t reference
         its.start = row_by_row(v.start, v.rows, v.cols);
         break;
     case Role::parameter:
+    case Role::fixed:
         its.causality = fmi::Causality::parameter;
-        its.variability = fmi::Variability::tunable;
+        its.variability = v.role == Role::fixed ? fmi::Variability::fixed : fmi::Variability::tunable;
         its.initial = fmi::Initial::exact;
         its.start = row_by_row(v.start, v.rows, v.cols);
         break;
@@ -127,8 +128,8 @@ fmi::Description description_of(const LoadedModel& loaded, const codegen::FmuCod
             d.indicators.push_back(number);
             d.event_indicators = v.rows;
         }
-        if (v.role != Role::input && v.role != Role::parameter && v.role != Role::signal &&
-            v.role != Role::crossings)
+        if (v.role != Role::input && v.role != Role::parameter && v.role != Role::fixed &&
+            v.role != Role::signal && v.role != Role::crossings)
             d.initial_unknowns.push_back({number});
         d.variables.push_back(variable_of(v, static_cast<std::uint32_t>(number)));
         if (v.role == Role::rate) d.variables.back().derivative_of = states[d.derivatives.size() - 1];

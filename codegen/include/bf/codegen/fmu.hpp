@@ -15,6 +15,7 @@ struct FmuVariable {
         input,
         output,
         parameter,  ///< a parameter or variable of the model that may be changed while it runs
+        fixed,      ///< a parameter that initial states follow from, and nothing else
         calculated, ///< one that follows from variables of the model
         signal,     ///< that the model records
         state,      ///< a continuous one, as a vector; of model exchange

@@ -72,10 +72,15 @@ inline bool refreshed(FmuInstance& instance, const FmuVariables::Variable& v) {
     return false;
 }
 inline bool can_be_set(const FmuInstance& instance, const char* function, const FmuVariables::Variable& v) {
-    if (!v.can_be_set)
-        instance.message(FmuInstance::Level::error, "logStatusError",
-                         "%s: '%s' is computed, it cannot be set", function, v.name);
-    return v.can_be_set;
+    const auto mode = instance.order.state();
+    const bool is_before = mode == fmi::instantiated || mode == fmi::initialization;
+    if (v.setting == FmuSetting::always || (v.setting == FmuSetting::before && is_before)) return true;
+    instance.message(FmuInstance::Level::error, "logStatusError",
+                     v.setting == FmuSetting::none
+                         ? "%s: '%s' is computed, it cannot be set"
+                         : "%s: '%s' is fixed: initial states follow from it, so it is set before the run",
+                     function, v.name);
+    return false;
 }
 inline bool has_none(const FmuInstance& instance, const char* function, std::uint32_t reference) {
     instance.message(FmuInstance::Level::error, "logStatusError", "%s: there is no variable %u of this type",

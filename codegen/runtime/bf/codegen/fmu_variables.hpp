@@ -12,11 +12,15 @@
 
 namespace bf::generated {
 
+/// When a variable can be set: an input of the model and a parameter in and before the run, what only decides
+/// initial states before it.
+enum class FmuSetting { always, before, none };
+
 /// A variable of the FMU: a row of the model's tables. The first one is the time, which has none.
 struct FmuVariable {
     int table; ///< a bf_run_table, or one of the next
     int row;
-    bool is_calculated; ///< from others: it cannot be set
+    FmuSetting setting;
 };
 
 /// Continuous states, their derivatives, and zero-crossing functions as one vector.
@@ -38,7 +42,7 @@ class FmuVariables {
         int table;
         Type type;
         int rows, cols, count;
-        bool can_be_set;
+        FmuSetting setting;
         char* data;
         const char* name;
     };
@@ -52,7 +56,8 @@ class FmuVariables {
     bool bind(bf_run_model* model, double* time) {
         all_.clear();
         elements_.clear();
-        add({bf_run_signals, Type::float64, 1, 1, 1, false, reinterpret_cast<char*>(time), "time"});
+        add({bf_run_signals, Type::float64, 1, 1, 1, FmuSetting::none, reinterpret_cast<char*>(time),
+             "time"});
         for (int i = 0; i < tables_.variable_count; ++i) {
             const FmuVariable& its = tables_.variables[i];
             bf_run_quantity q{};
@@ -68,9 +73,10 @@ class FmuVariables {
                              : tables_.exchange->quantity(model, its.table == fmu_rates, its.row, &q))) {
                 return false;
             }
-            const bool can_be_set = !its.is_calculated && its.table != bf_run_outputs &&
-                                    its.table != bf_run_signals && its.table < fmu_states;
-            add({its.table, Type(q.type), q.rows, q.cols, q.rows * q.cols, can_be_set,
+            const bool can_be_set =
+                its.table != bf_run_outputs && its.table != bf_run_signals && its.table < fmu_states;
+            const FmuSetting setting = can_be_set ? its.setting : FmuSetting::none;
+            add({its.table, Type(q.type), q.rows, q.cols, q.rows * q.cols, setting,
                  static_cast<char*>(q.data), q.path});
         }
         return true;

@@ -210,6 +210,11 @@ with tempfile.TemporaryDirectory() as folder:
             long.between = lambda time: seen.append(time) or len(seen) == 3
             _, _, returned_early, reached = long.step(10, 10)
             assert returned_early and len(seen) == 3 and abs(reached - 0.13) < 1e-12, (seen, reached)
+            seen = []
+            half.between = lambda time: seen.append(round(time / STEP, 6)) or False
+            half.fmu.doStep(20 * STEP / 2, 2.5 * STEP)
+            half.fmu.doStep(12.5 * STEP, 1.5 * STEP)
+            assert seen == [11, 12, 13], seen
 
         # Begun anew it gives the same; wrong calls are refused, with what is allowed.
         third.fmu.reset()

@@ -162,7 +162,7 @@ class FmuInstance {
     }
 
     /// Does whatever steps of the model end until `time` + `step`. `between` is called with the time after
-    /// each of them but the last, and ends it early when it says so.
+    /// each of them that ends before that, and ends it early when it says so.
     template <class Between> bool advance(double step, Between&& between) {
         const double period = library_.period, end = moment_.time + step;
         const auto last = std::int64_t(std::floor((end - moment_.start) / period + 1e-6));
@@ -171,11 +171,8 @@ class FmuInstance {
             if (!library_.update(model_)) return fail_of_model();
             is_computed_ = false;
             write_later_values();
-            const auto steps = library_.steps(model_);
-            if (steps < last) {
-                moment_.time = moment_.start + double(steps) * period;
-                if (between(moment_.time)) return true;
-            }
+            moment_.time = moment_.start + double(library_.steps(model_)) * period;
+            if (moment_.time < end - 1e-6 * period && between(moment_.time)) return true;
         }
         moment_.time = end;
         return true;

@@ -29,7 +29,7 @@ set_target_properties(bf PROPERTIES INSTALL_RPATH "$ORIGIN/../lib;${wheels}")
 set_target_properties(bf PROPERTIES BUILD_WITH_INSTALL_RPATH ON)
 set(plugins)
 if(BF_ROBOTS)
-    list(APPEND plugins WholeBodyToolbox WholeBodyCameras SharedMemory)
+    list(APPEND plugins WholeBodyToolbox WholeBodyCameras SharedMemory Udp)
     # What back ends of robots outside this tree implement.
     set_target_properties(bf_robot PROPERTIES EXPORT_NAME robot)
     install(TARGETS bf_robot EXPORT BlockFactory INCLUDES DESTINATION include)

@@ -12,6 +12,7 @@ import os
 import pathlib
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -30,7 +31,11 @@ bf, model, out = options.bf.resolve(), here / "balancing.yaml", options.output.r
 out.mkdir(parents=True, exist_ok=True)
 seconds = repr(options.seconds)
 name = f"icub-{os.getpid()}"
-ways = {"shared_memory": ["--shm", name]}
+with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:  # a port that nobody has
+    probe.bind(("127.0.0.1", 0))
+    port = str(probe.getsockname()[1])
+ways = {"shared_memory": ["--shm", name], "udp": ["--udp", port, "--key", out / "robot.key"]}
+blocks = {"shared_memory": "elsewhere", "udp": "remote"}
 curves = {}  # way -> world.com
 
 
@@ -45,7 +50,9 @@ def serve(way, *more):
 
 
 def of(way):
-    return "--set", f"robot_is='{way}'", "--set", f"elsewhere.name='{name}'"
+    settings = {"shared_memory": [f"elsewhere.name='{name}'"],
+                "udp": [f"remote.address='{port}'", f"remote.key='{out / 'robot.key'}'"]}[way]
+    return ["--set", f"robot_is='{way}'"] + [word for text in settings for word in ("--set", text)]
 
 
 def drive(way, *more):
@@ -92,10 +99,10 @@ for way in ways:
     # By the clock, each side by its own.
     server = serve(way, "--once", "--realtime", "--priority", 0, "--silence", 5, "--record", out / f"{way}_clock.mcap")
     result = recorded.run(*drive(way, "--stop", seconds, "--realtime", "--priority", 0, "--set",
-                                 "elsewhere.clock='own'", "--record", out / f"{way}_own.mcap"), timeout=None).stdout
+                                 f"{blocks[way]}.clock='own'", "--record", out / f"{way}_own.mcap"), timeout=None).stdout
     ended(server)
-    assert "elsewhere.final_drift" in result and "elsewhere.worst_age" in result, result
-    times = recorded.read_recording(bf, out / f"{way}_own.mcap")["elsewhere.time"]
+    assert f"{blocks[way]}.final_drift" in result and f"{blocks[way]}.worst_age" in result, result
+    times = recorded.read_recording(bf, out / f"{way}_own.mcap")[f"{blocks[way]}.time"]
     began = round(times[min(times)][0][0] * 1e9)  # of the robot, when the controller came
     curves[f"{way}, by the clock"] = {t - began: rows for t, rows in recorded.read_recording(
         bf, out / f"{way}_clock.mcap")["world.com"].items() if t >= began}

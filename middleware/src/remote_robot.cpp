@@ -66,6 +66,7 @@ void RemoteConnection::start() {
     if (theirs_.size() != robot_.joints.size())
         refuse("it has " + std::to_string(robot_.joints.size()) + " joints, and this diagram drives " +
                std::to_string(theirs_.size()) + " of them; name all: " + list(robot_.joints));
+    server_ = robot_.process > 0 ? "its server (process " + std::to_string(robot_.process) + ")" : "it";
     at_ = RobotLayout(robot_);
     state_.assign(static_cast<std::size_t>(at_.state_size()), 0);
     command_.assign(static_cast<std::size_t>(at_.command_size()), 0);
@@ -79,6 +80,11 @@ void RemoteConnection::start() {
     const double end = now() + options_.start_timeout;
     while (!take()) {
         if (is_interrupted()) return; // the first step tells
+        if (!is_fitting()) {
+            const std::string text = error_;
+            link_->stop();
+            throw std::runtime_error(text);
+        }
         if (link_->is_gone()) refuse("it ended while it was connected to");
         if (now() > end) refuse("it is there, but sends no state; look whether it runs");
         link_->wait(0.05);
@@ -115,17 +121,23 @@ bool RemoteConnection::refresh() noexcept {
         if (is_interrupted()) return fail("%s", interrupted);
         const bool is_due = !options_.follows || time() >= due;
         if (is_due && (options_.follows || now() - came_ < options_.timeout)) return true;
+        if (!is_fitting()) return false;
         if (link_->is_gone())
-            return fail("its server (process %d) has ended; the last state is of t = %g s", robot_.process,
-                        time());
+            return fail("%s %s; the last state is of t = %g s", server_.c_str(), link_->how_gone(), time());
         if (!options_.follows || now() - began > options_.timeout)
-            return fail(
-                "no state for %g s, the last one is of t = %g s; look whether its server (process %d) "
-                "stands still, or raise timeout",
-                now() - came_, time(), robot_.process);
+            return fail("no state for %g s, the last one is of t = %g s; look whether %s stands still, or "
+                        "raise timeout",
+                        now() - came_, time(), server_.c_str());
         link_->wait(std::min(0.05, options_.timeout));
         take();
     }
+}
+
+bool RemoteConnection::is_fitting() noexcept {
+    const int size = link_->wrong_size();
+    return size < 0 || fail("%s sends states of %d numbers, and has described states of %d; use the same "
+                            "BlockFactory on both sides",
+                            server_.c_str(), size, at_.state_size());
 }
 
 bool RemoteConnection::is_still_ours() noexcept {
@@ -368,6 +380,7 @@ RemoteRobot::RemoteRobot(const Arguments& arguments)
           {.unit = unit<"s">, .doc = "by how much the robot's clock is ahead of the steps since the start"}},
       lost{this, "lost", {.doc = "messages so far that did not come"}},
       late{this, "late", {.doc = "messages so far that came after newer ones, which are left out"}},
+      duplicates{this, "duplicates", {.doc = "messages so far that came again, which are left out"}},
       rejected{this, "rejected", {.doc = "messages so far that were none of this robot's"}},
       worst_age{this, "worst_age", {.unit = unit<"s">, .doc = "largest age", .reported = true}},
       last_drift{this, "final_drift", {.unit = unit<"s">, .doc = "last drift", .reported = true}} {}
@@ -393,6 +406,7 @@ Status RemoteRobot::output(Now at, Out out) const noexcept {
     out[drift] = robot.drift();
     out[lost] = static_cast<double>(counts.lost);
     out[late] = static_cast<double>(counts.late);
+    out[duplicates] = static_cast<double>(counts.duplicates);
     out[rejected] = static_cast<double>(counts.rejected);
     return ok;
 }

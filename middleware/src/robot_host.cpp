@@ -108,8 +108,11 @@ void RobotHost::show(double time) noexcept {
     };
     for (int i = 0; i < measurement_count; ++i) {
         const auto what = static_cast<Measurement>(i);
-        if ((description_.measurements >> i & 1) && robot_.read(what, values_))
+        if (!(description_.measurements >> i & 1)) continue;
+        if (robot_.read(what, values_))
             put(at_.measurement(what), values_);
+        else if (what == Measurement::joint_position)
+            return; // it tells nothing: that is no state, and its controller finds that none comes
     }
     for (int i = 0; i < at_.wrenches; ++i)
         if (robot_.read(Sensor::wrench, description_.wrenches[static_cast<std::size_t>(i)], wrench_))

@@ -2,6 +2,7 @@
 #include "bf/middleware/robot_host.hpp"
 #include "bf/run/recorder.hpp"
 #include "bf/shared_memory/robot.hpp"
+#include "bf/udp/robot.hpp"
 #include "files.hpp"
 #include "robots.hpp"
 #include "run.hpp"
@@ -22,7 +23,7 @@ using middleware::RobotHost;
 struct ServeOptions {
     ModelOptions model;
     RealtimeOptions realtime;
-    std::string shared_memory, stop, record, on_loss = "hold";
+    std::string shared_memory, udp, key, stop, record, on_loss = "hold";
     double silence = 0.2; ///< s
     bool is_once = false, is_quiet = false;
 };
@@ -40,11 +41,15 @@ class ServedRobots final : public Run::Observer {
             if (!robot.driven_by.empty())
                 throw CommandError(robot.driven_by + " drives the robot '" + robot.path +
                                    "', which can have one controller alone; serve a model without it");
+            if (!options.udp.empty() && robots.size() > 1)
+                throw CommandError(options.model.file +
+                                   " has several robots, and an address is that of one; serve them by --shm");
             const std::string name = options.shared_memory + (robots.size() > 1 ? "." + robot.path : "");
             auto& served = served_.emplace_back();
-            served.end = shared_memory::make_end(name);
+            served.end =
+                options.udp.empty() ? shared_memory::make_end(name) : udp::make_end(options.udp, options.key);
             served.host = std::make_unique<RobotHost>(
-                name, *robot.device, *robot.connection, *served.end,
+                options.udp.empty() ? name : robot.path, *robot.device, *robot.connection, *served.end,
                 middleware::HostOptions{!options.realtime.is_asked, options.silence,
                                         options.on_loss == "limp" ? middleware::OnLoss::limp
                                                                   : middleware::OnLoss::hold,
@@ -73,6 +78,12 @@ class ServedRobots final : public Run::Observer {
             for (RobotHost::Event event; served.host->take_event(event);)
                 if (!options_.is_quiet)
                     std::fprintf(stderr, "  %s: %s\n", served.end->name().c_str(), text_of(event).c_str());
+            if (!options_.is_quiet && served.end->counts().rejected > 0 &&
+                !std::exchange(served.is_strange, true))
+                std::fprintf(stderr,
+                             "  %s: left out a datagram that has another key, version or size, or was sent "
+                             "again by somebody; so are those that follow\n",
+                             served.end->name().c_str());
             is_over = is_over && served.host->gone() > 0;
         }
         return !is_over && failure.empty() && !InterruptGuard::signal();
@@ -84,6 +95,7 @@ class ServedRobots final : public Run::Observer {
     struct Served {
         std::unique_ptr<middleware::RobotEnd> end;
         std::unique_ptr<RobotHost> host;
+        bool is_strange = false; ///< something came that is not the controller's
     };
     std::string text_of(RobotHost::Event event) const {
         const std::string then = options_.on_loss == "limp" ? "; its joints are limp" : "; its joints hold";
@@ -152,9 +164,23 @@ void add_serve(CLI::App& app) {
             "--shm", options->shared_memory,
             "serve the robot under this name through shared memory, to programs of this user on this "
             "computer; several robots: NAME.BLOCK")
-        ->required()
         ->type_name("NAME")
         ->check(CLI::Validator([](std::string& name) { return shared_memory::wrong_name(name); }, ""));
+    auto* udp =
+        command
+            ->add_option("--udp", options->udp,
+                         "serve it over UDP at PORT, to programs of this computer, or at HOST:PORT")
+            ->type_name("WHERE")
+            ->check(CLI::Validator([](std::string& address) { return udp::wrong_address(address); }, ""));
+    auto* key = command
+                    ->add_option(
+                        "--key", options->key,
+                        "with --udp: the token that controllers must know is the line in this file, which is "
+                        "made if it is not there")
+                    ->type_name("FILE")
+                    ->needs(udp);
+    udp->needs(key);
+    udp->excludes(command->get_option("--shm"));
     command->add_option("--stop", options->stop, "duration, s (an expression); until Ctrl-C by default")
         ->type_name("T");
     command
@@ -181,9 +207,13 @@ void add_serve(CLI::App& app) {
         "Without --realtime the model's time stands still until a controller has done its step, so that "
         "every run is "
         "the same,\nbit for bit; with it the model runs by the clock, and controllers keep up with it.\n"
-        "A diagram drives the robot by the block SharedMemory/Robot in place of its world.\n"
+        "A diagram drives the robot by the block SharedMemory/Robot or Udp/Robot in place of its world.\n"
         "Example: bf serve examples/icub_balancing/balancing.yaml --set \"robot_is='served'\" --shm icub");
-    command->callback([options] { execute(*options); });
+    command->callback([options] {
+        if (options->shared_memory.empty() && options->udp.empty())
+            throw CLI::RequiredError("--shm NAME or --udp WHERE");
+        execute(*options);
+    });
 }
 
 } // namespace bf::tools

@@ -47,6 +47,35 @@ TEST_F(Serve, LetsOneDiagramDriveTheRobotOfAnother) {
     EXPECT_NE(both.out.find("world.worst_age"), std::string::npos) << "the report has it: " << both.out;
 }
 
+TEST_F(Serve, LetsWhoeverHasTheKeyDriveItOverUdp) {
+    const std::string port = std::to_string(20'000 + getpid() % 10'000);
+    const auto driving = [&](const std::string& key) {
+        write("drive.yaml",
+              "model: arm\nplugins: [WholeBodyToolbox, Udp]\nstep: 0.001\nstop: 0.01\nblocks:\n"
+              "  robot: {block: WholeBodyToolbox/Configuration, robot: arm.urdf, floating_base: false}\n"
+              "  world: {block: Udp/Robot, period: 0.001, start_timeout: 2, address: \"'" +
+                  port + "'\", key: \"'" + key +
+                  "'\"}\n"
+                  "  tau: {block: Constant, value: 0.5}\n  set: {block: WholeBodyToolbox/SetReferences}\n"
+                  "connections: {tau: set.u}\n");
+        return "'" BF_PROGRAM "' run drive.yaml --quiet";
+    };
+    write("other.key", "0123456789abcdef\n");
+    const std::string serve = "chmod 600 other.key; '" BF_PROGRAM "' serve arm.yaml --once --udp " + port +
+                              " --key good.key & while [ ! -s good.key ]; do sleep 0.05; done; ";
+    const auto both = shell(serve + driving("good.key") + "; code=$?; wait $!; exit $((code + $?))");
+    EXPECT_EQ(both.code, 0) << both.err;
+    EXPECT_NE(both.err.find("  serves the robot at " + port + " (UDP)\n"), std::string::npos) << both.err;
+    EXPECT_NE(both.err.find("the controller has left; its joints hold\n"), std::string::npos) << both.err;
+    EXPECT_EQ(both.err.find("left out a datagram"), std::string::npos) << both.err;
+    EXPECT_NE(both.out.find("world.worst_age"), std::string::npos) << both.out;
+    const auto other = shell(serve + driving("other.key") + "; code=$?; kill $!; wait $!; exit $code");
+    EXPECT_EQ(other.code, 1) << other.err;
+    EXPECT_NE(other.err.find("nobody answers within 2 s"), std::string::npos) << other.err;
+    EXPECT_NE(other.err.find("(UDP): left out a datagram that has another key"), std::string::npos)
+        << other.err;
+}
+
 TEST_F(Serve, RefusesWhatCannotBeServed) {
     const auto refused = [&](const std::string& arguments, int code, const std::string& text) {
         const auto outcome = bf("serve " + arguments, "timeout 60");
@@ -65,6 +94,9 @@ TEST_F(Serve, RefusesWhatCannotBeServed) {
             "none.yaml has no robot to serve; give it a MujocoWorld, or a WorldRobot in a World");
     refused("arm.yaml --shm a/b", 2, "the robot's name is 'a/b'; write up to 100 letters");
     refused("arm.yaml", 2, "--shm");
+    refused("arm.yaml --udp 9000", 2, "--key");
+    refused("arm.yaml --udp here --key k", 2, "'here' is no address; write PORT, or HOST:PORT");
+    refused("arm.yaml --udp 9000 --key k --shm " + name, 2, "--udp");
     refused("arm.yaml --on-loss fall --shm " + name, 2, "--on-loss");
     const auto second =
         shell("'" BF_PROGRAM "' serve arm.yaml --quiet --stop 1 --realtime --priority 0 --shm " + name +

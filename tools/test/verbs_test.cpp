@@ -249,8 +249,11 @@ TEST_F(Verbs, DoctorSaysWhatThereIs) {
     EXPECT_CONTAINS(bf("doctor").out, "plugin       yes  WholeBodyCameras");
     const auto json = nlohmann::json::parse(bf("doctor --json").out);
     EXPECT_EQ(json["version"], "0.1.0");
-    for (const auto& [number, plugin] :
-         {std::pair(0, "FMI"), {1, "SharedMemory"}, {2, "WholeBodyCameras"}, {3, "WholeBodyToolbox"}})
+    for (const auto& [number, plugin] : {std::pair(0, "FMI"),
+                                         {1, "SharedMemory"},
+                                         {2, "Udp"},
+                                         {3, "WholeBodyCameras"},
+                                         {4, "WholeBodyToolbox"}})
         EXPECT_EQ(json["plugins"][number]["name"], plugin);
     EXPECT_EQ(json["middlewares"][0]["name"], "shared memory");
     EXPECT_EQ(json["middlewares"][0]["good"], true);

@@ -33,8 +33,12 @@ class RobotLink {
     virtual void send_settings(const double* settings) noexcept = 0;
     /// Waits until there is a state to take, at most `timeout` s and until is_interrupted().
     virtual void wait(double timeout) noexcept = 0;
-    /// Is the server known to be gone?
+    /// Is the server known to be gone? And why that is thought, such as "has ended".
     virtual bool is_gone() noexcept = 0;
+    virtual const char* how_gone() const noexcept { return "has ended"; }
+    /// How many numbers the newest state had, where that is not the size which the server has described; -1:
+    /// it had that.
+    virtual int wrong_size() const noexcept { return -1; }
     virtual Counts counts() const noexcept { return {}; }
     /// How users call it, such as "robot 'icub' in shared memory".
     virtual const std::string& name() const noexcept = 0;
@@ -89,6 +93,7 @@ class RemoteConnection final : public toolbox::RobotConnection {
   private:
     bool refresh() noexcept;
     bool take() noexcept;
+    bool is_fitting() noexcept;
     bool is_still_ours() noexcept;
     void take_gains() noexcept;
     bool send_settings(double which) noexcept;
@@ -100,6 +105,7 @@ class RemoteConnection final : public toolbox::RobotConnection {
     const std::unique_ptr<RobotLink> link_;
     const RemoteOptions options_;
     RobotDescription robot_;
+    std::string server_; ///< how messages call who serves it
     RobotLayout at_{robot_};
     std::vector<int> theirs_; ///< number of our joint i at the robot
     std::vector<double> state_, command_, settings_, gains_;
@@ -124,7 +130,7 @@ class RemoteRobot : public Block {
     Provides<toolbox::RobotDevice> device;
     Dim n;
     Output<Vector> s, s_dot, tau_measured;
-    Output<double> time, age, drift, lost, late, rejected;
+    Output<double> time, age, drift, lost, late, duplicates, rejected;
     DiscreteState<double> worst_age, last_drift;
 
     void start(Now at) const override;
@@ -135,12 +141,12 @@ class RemoteRobot : public Block {
   protected:
     /// Nothing is opened yet.
     virtual std::unique_ptr<RobotLink> make_link() const = 0;
-
-  private:
-    class Device;
     const std::vector<std::string>& joint_names() const {
         return joints->empty() ? controlled->names : *joints;
     }
+
+  private:
+    class Device;
     RemoteConnection& connection(Now at) const { return static_cast<RemoteConnection&>(at[device]); }
 };
 

@@ -27,7 +27,7 @@ struct RobotDescription {
     static constexpr int version = 1; ///< of all that this file says
 
     std::string name;
-    int process = 0;     ///< of the server
+    int process = 0;     ///< of the server; 0: it is a thread of the controller's own program
     double period = 0;   ///< between two states, s
     bool waits = false;  ///< its time stands still until it is told how far it may go
     double watchdog = 0; ///< after how many s without a command it lets its joints go; 0: never
@@ -99,10 +99,11 @@ enum class Refusal { nothing, mode, references, position_gains, torque_gains, mo
 
 /// What went wrong on the way.
 struct Counts {
-    std::uint64_t received = 0; ///< messages that were taken
-    std::uint64_t lost = 0;     ///< that never came
-    std::uint64_t late = 0;     ///< that came after a newer one
-    std::uint64_t rejected = 0; ///< without the token, or of another protocol
+    std::uint64_t received = 0;   ///< messages that came
+    std::uint64_t lost = 0;       ///< that did not, yet
+    std::uint64_t late = 0;       ///< that came after a newer one
+    std::uint64_t duplicates = 0; ///< that came again
+    std::uint64_t rejected = 0;   ///< without the key, of another time, protocol or size
 };
 
 } // namespace bf::middleware

@@ -34,6 +34,7 @@ LIBRARIES = {
     "nanobind": ("nanobind/", "Python.h"),
     "nlohmann-json": ("nlohmann/",),
     "Boost": ("boost/",),
+    "YARP": ("yarp/",),
     "iDynTree": ("iDynTree/",),
     "GoogleTest": ("gtest/", "gmock/"),
     "Google Benchmark": ("benchmark/",),

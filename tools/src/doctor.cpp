@@ -91,6 +91,8 @@ nlohmann::ordered_json examine_middlewares(const std::vector<std::string>& plugi
     add("shared memory", "SharedMemory", "build BlockFactory with BF_ROBOTS=ON",
         access("/dev/shm", W_OK) == 0 ? "" : "/dev/shm cannot be written: mount a tmpfs there");
     add("UDP", "Udp", "build BlockFactory with BF_ROBOTS=ON", "");
+    add("YARP", "Yarp", "run scripts/deps-yarp in the folder of the sources, some minutes, and build again",
+        "");
     return list;
 }
 

@@ -1,0 +1,475 @@
+#include "board.hpp"
+
+#include "bf/middleware/clock.hpp"
+#include "network.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <list>
+#include <stdexcept>
+#include <unistd.h>
+#include <utility>
+#include <yarp/dev/ControlBoardInterfaces.h>
+#include <yarp/dev/IPidControl.h>
+#include <yarp/dev/IPreciselyTimed.h>
+#include <yarp/dev/MultipleAnalogSensorsInterfaces.h>
+#include <yarp/dev/PolyDriver.h>
+#include <yarp/os/Bottle.h>
+#include <yarp/os/BufferedPort.h>
+#include <yarp/os/Network.h>
+#include <yarp/os/Property.h>
+#include <yarp/os/Stamp.h>
+#include <yarp/os/Time.h>
+#include <yarp/sig/Vector.h>
+
+namespace bf::yarp {
+
+using Eigen::VectorXd;
+using middleware::ControlMode;
+using middleware::Limits;
+using middleware::Loop;
+using middleware::Measurement;
+using middleware::Sensor;
+
+namespace {
+
+namespace os = ::yarp::os;
+namespace dev = ::yarp::dev;
+
+constexpr double radians = M_PI / 180; ///< YARP's angles are degrees
+constexpr double longest_switch = 1;   ///< s until boards tell of a mode that was set
+
+os::Bottle list_of(const std::vector<std::string>& words) {
+    os::Bottle list;
+    for (const auto& word : words) list.addString(word);
+    return list;
+}
+
+/// The modes of YARP's boards; 0: they have none like that.
+int vocab_of(ControlMode mode) {
+    switch (mode) {
+    case ControlMode::position: return VOCAB_CM_POSITION;
+    case ControlMode::position_direct: return VOCAB_CM_POSITION_DIRECT;
+    case ControlMode::velocity: return VOCAB_CM_VELOCITY;
+    case ControlMode::torque: return VOCAB_CM_TORQUE;
+    case ControlMode::pwm: return VOCAB_CM_PWM;
+    case ControlMode::current: return VOCAB_CM_CURRENT;
+    case ControlMode::impedance: return 0;
+    }
+    return 0;
+}
+
+/// A sensor, behind a server of MultipleAnalogSensors or at a port that streams its numbers.
+class SensorPort {
+  public:
+    SensorPort(const std::string& text, Sensor kind) : is_imu_(kind == Sensor::imu) {
+        const auto equals = text.find('=');
+        name = text.substr(0, equals);
+        from_ = text.substr(equals + 1);
+        came_.setZero(is_imu_ ? middleware::imu_size : middleware::wrench_size);
+    }
+
+    void start(const std::string& local) {
+        if (os::NetworkBase::exists(from_ + "/measures:o", true)) {
+            os::Property wanted;
+            wanted.put("device", "multipleanalogsensorsclient");
+            wanted.put("remote", from_);
+            wanted.put("local", local + "/" + name);
+            if (!client_.open(wanted) || !client_.isValid()) refuse("its server does not answer");
+            find_in_client();
+        } else {
+            port_ = std::make_unique<os::BufferedPort<os::Bottle>>();
+            if (!port_->open(local + "/" + name + ":i") ||
+                !os::NetworkBase::connect(from_, port_->getName(), "", true))
+                refuse("there is no such port, and none at " + from_ + "/measures:o");
+        }
+    }
+    void stop() noexcept {
+        port_.reset();
+        client_.close();
+    }
+    /// What came last stays where nothing new has come.
+    void read(Eigen::Ref<VectorXd> values) {
+        double time = 0;
+        if (port_) {
+            const auto* came = port_->read(false);
+            const auto size = static_cast<std::size_t>(came_.size());
+            for (std::size_t i = 0; came != nullptr && came->size() == size && i < size; ++i)
+                came_[static_cast<Eigen::Index>(i)] = came->get(i).asFloat64();
+        } else if (!is_imu_) {
+            if (wrench_->getSixAxisForceTorqueSensorMeasure(index_[0], part_, time)) take(0, 6);
+        } else {
+            if (orientation_ &&
+                orientation_->getOrientationSensorMeasureAsRollPitchYaw(index_[0], part_, time))
+                take(0, 3);
+            if (acceleration_ &&
+                acceleration_->getThreeAxisLinearAccelerometerMeasure(index_[1], part_, time))
+                take(3, 3);
+            if (velocity_ && velocity_->getThreeAxisGyroscopeMeasure(index_[2], part_, time)) take(6, 3);
+            if (field_ && field_->getThreeAxisMagnetometerMeasure(index_[3], part_, time)) take(9, 3);
+        }
+        values = came_;
+        if (is_imu_) { // YARP gives angles and angular velocities in degrees
+            values.head<3>() *= radians;
+            values.segment<3>(6) *= radians;
+        }
+    }
+
+    std::string name;
+
+  private:
+    [[noreturn]] void refuse(const std::string& why) const {
+        throw std::runtime_error("the sensor '" + name + "' at " + from_ + ": " + why +
+                                 "; give sensors as name=/port, of a stream or a server of "
+                                 "MultipleAnalogSensors");
+    }
+    /// Which of the client's sensors of a kind has the name; one that is alone needs none.
+    template <class I, class Count, class Name> I* find(std::size_t& index, Count count, Name name_of) {
+        I* view = nullptr;
+        if (!client_.view(view)) return nullptr;
+        const std::size_t number = (view->*count)();
+        std::string its;
+        for (index = 0; index < number; ++index)
+            if ((view->*name_of)(index, its) && its == name) return view;
+        index = 0;
+        return number == 1 ? view : nullptr;
+    }
+    void find_in_client() {
+        if (is_imu_) {
+            orientation_ = find<dev::IOrientationSensors>(
+                index_[0], &dev::IOrientationSensors::getNrOfOrientationSensors,
+                &dev::IOrientationSensors::getOrientationSensorName);
+            acceleration_ = find<dev::IThreeAxisLinearAccelerometers>(
+                index_[1], &dev::IThreeAxisLinearAccelerometers::getNrOfThreeAxisLinearAccelerometers,
+                &dev::IThreeAxisLinearAccelerometers::getThreeAxisLinearAccelerometerName);
+            velocity_ = find<dev::IThreeAxisGyroscopes>(
+                index_[2], &dev::IThreeAxisGyroscopes::getNrOfThreeAxisGyroscopes,
+                &dev::IThreeAxisGyroscopes::getThreeAxisGyroscopeName);
+            field_ = find<dev::IThreeAxisMagnetometers>(
+                index_[3], &dev::IThreeAxisMagnetometers::getNrOfThreeAxisMagnetometers,
+                &dev::IThreeAxisMagnetometers::getThreeAxisMagnetometerName);
+            if (!orientation_ && !acceleration_ && !velocity_ && !field_)
+                refuse("the server has no such inertial sensor");
+        } else {
+            wrench_ = find<dev::ISixAxisForceTorqueSensors>(
+                index_[0], &dev::ISixAxisForceTorqueSensors::getNrOfSixAxisForceTorqueSensors,
+                &dev::ISixAxisForceTorqueSensors::getSixAxisForceTorqueSensorName);
+            if (!wrench_) refuse("the server has no such force/torque sensor");
+        }
+    }
+    void take(Eigen::Index begin, Eigen::Index count) {
+        if (part_.size() == static_cast<std::size_t>(count))
+            came_.segment(begin, count) = Eigen::Map<const VectorXd>(part_.data(), count);
+    }
+
+    const bool is_imu_;
+    std::string from_;
+    VectorXd came_; ///< as YARP gives it
+    std::unique_ptr<os::BufferedPort<os::Bottle>> port_;
+    dev::PolyDriver client_;
+    dev::ISixAxisForceTorqueSensors* wrench_ = nullptr;
+    dev::IOrientationSensors* orientation_ = nullptr;
+    dev::IThreeAxisLinearAccelerometers* acceleration_ = nullptr;
+    dev::IThreeAxisGyroscopes* velocity_ = nullptr;
+    dev::IThreeAxisMagnetometers* field_ = nullptr;
+    std::size_t index_[4] = {};
+    ::yarp::sig::Vector part_;
+};
+
+class Board final : public toolbox::RobotConnection {
+  public:
+    explicit Board(const BoardOptions& options)
+        : options_(options), n_(static_cast<int>(options.joints.size())) {
+        for (const auto& text : options.wrenches) wrenches_.emplace_back(text, Sensor::wrench);
+        for (const auto& text : options.imus) imus_.emplace_back(text, Sensor::imu);
+    }
+    ~Board() override { stop(); }
+
+    void start() override {
+        stop();
+        join();
+        os::Property wanted;
+        wanted.put("device", "remotecontrolboardremapper");
+        std::vector<std::string> boards;
+        for (const auto& board : options_.boards) {
+            boards.push_back("/" + options_.robot + "/" + board);
+            if (!os::NetworkBase::exists(boards.back() + "/rpc:i", true))
+                throw std::runtime_error("there is no control board at " + boards.back() +
+                                         "; start the robot's interface, or correct robot and boards");
+        }
+        const auto add = [&](const char* key, const std::vector<std::string>& words) {
+            os::Bottle list = list_of(words);
+            wanted.addGroup(key);
+            os::Value value;
+            value.fromString(("(" + list.toString() + ")").c_str());
+            wanted.put(key, value);
+        };
+        add("axesNames", options_.joints);
+        add("remoteControlBoards", boards);
+        // The name server gives a name the socket of before again, which the system keeps closed for a
+        // minute.
+        const std::string local =
+            !options_.local.empty() ? options_.local
+                                    : "/blockfactory/" + std::to_string(getpid()) + "." +
+                                          std::to_string(static_cast<std::int64_t>(middleware::now() * 1e6));
+        wanted.put("localPortPrefix", local);
+        wanted.addGroup("REMOTE_CONTROLBOARD_OPTIONS").put("writeStrict", "on");
+        if (!driver_.open(wanted) || !driver_.isValid())
+            throw std::runtime_error("its control boards " + list_of(boards).toString() +
+                                     " do not open; look whether they have the joints " +
+                                     list_of(options_.joints).toString());
+        driver_.view(encoders_);
+        driver_.view(motors_);
+        driver_.view(modes_);
+        driver_.view(positions_);
+        driver_.view(direct_);
+        driver_.view(velocities_);
+        driver_.view(torques_);
+        driver_.view(pwm_);
+        driver_.view(currents_);
+        driver_.view(limits_);
+        driver_.view(pids_);
+        driver_.view(timed_);
+        if (!encoders_ || !modes_)
+            throw std::runtime_error("its boards have no encoders or no control modes");
+        VectorXd values(n_);
+        for (int tries = 0; !encoders_->getEncoders(values.data()); ++tries) {
+            if (tries == 2000) throw std::runtime_error("its encoders send nothing within 2 s");
+            os::SystemClock::delaySystem(0.001);
+        }
+        for (auto* ports : {&wrenches_, &imus_})
+            for (auto& sensor : *ports) sensor.start(local);
+        speeds_.resize(n_);
+        accelerations_.resize(n_);
+        has_speeds_ = positions_ && positions_->getRefSpeeds(speeds_.data());
+        has_accelerations_ = velocities_ && velocities_->getRefAccelerations(accelerations_.data());
+        is_limited_ = false;
+        came_ = middleware::now();
+    }
+    void stop() noexcept override {
+        if (std::exchange(is_limited_, false)) {
+            if (has_speeds_) positions_->setRefSpeeds(speeds_.data());
+            if (has_accelerations_) velocities_->setRefAccelerations(accelerations_.data());
+        }
+        for (auto* ports : {&wrenches_, &imus_})
+            for (auto& sensor : *ports) sensor.stop();
+        driver_.close();
+    }
+    double age() const noexcept override { return middleware::now() - came_; }
+
+    bool read(Measurement what, Eigen::Ref<VectorXd> values) noexcept override {
+        double* to = values.data();
+        switch (what) {
+        case Measurement::joint_position: note_time(); return angles(encoders_->getEncoders(to), values);
+        case Measurement::joint_velocity: return angles(encoders_->getEncoderSpeeds(to), values);
+        case Measurement::joint_acceleration: return angles(encoders_->getEncoderAccelerations(to), values);
+        case Measurement::joint_torque: return told(torques_ && torques_->getTorques(to), "no joint torques");
+        case Measurement::motor_position: return angles(motors_ && motors_->getMotorEncoders(to), values);
+        case Measurement::motor_velocity:
+            return angles(motors_ && motors_->getMotorEncoderSpeeds(to), values);
+        case Measurement::motor_acceleration:
+            return angles(motors_ && motors_->getMotorEncoderAccelerations(to), values);
+        case Measurement::motor_current: return told(currents_ && currents_->getCurrents(to), "no currents");
+        case Measurement::motor_pwm: return told(pwm_ && pwm_->getDutyCycles(to), "no PWM");
+        }
+        return false;
+    }
+    bool read(Sensor kind, const std::string& name, Eigen::Ref<VectorXd> values) noexcept override {
+        auto& ports = kind == Sensor::imu ? imus_ : wrenches_;
+        for (auto& sensor : ports) {
+            if (sensor.name != name) continue;
+            sensor.read(values);
+            return true;
+        }
+        return told(false, "no such sensor");
+    }
+    bool read(Limits which, Eigen::Ref<VectorXd> minimum, Eigen::Ref<VectorXd> maximum) noexcept override {
+        for (int j = 0; j < n_; ++j) {
+            double low = 0, high = 0;
+            const bool is_known =
+                limits_ && (which == Limits::position ? limits_->getLimits(j, &low, &high)
+                                                      : limits_->getVelLimits(j, &low, &high));
+            minimum[j] = is_known ? low * radians : -std::numeric_limits<double>::infinity();
+            maximum[j] = is_known ? high * radians : std::numeric_limits<double>::infinity();
+        }
+        return true;
+    }
+    std::vector<std::string> sensors(Sensor kind) const override {
+        std::vector<std::string> names;
+        for (const auto& sensor : kind == Sensor::imu ? imus_ : wrenches_) names.push_back(sensor.name);
+        return names;
+    }
+    bool set_mode(ControlMode mode) noexcept override {
+        std::vector<int> all(static_cast<std::size_t>(n_), vocab_of(mode));
+        switches_until_ = middleware::now() + longest_switch;
+        return told(modes_->setControlModes(all.data()), "the mode was not set");
+    }
+    int joint_in_other_mode(ControlMode mode) noexcept override {
+        std::vector<int> all(static_cast<std::size_t>(n_));
+        if (!modes_->getControlModes(all.data())) return -1;
+        const auto other =
+            std::find_if(all.begin(), all.end(), [&](int its) { return its != vocab_of(mode); });
+        // The board tells of the old mode for a while.
+        if (other == all.end())
+            switches_until_ = 0;
+        else if (middleware::now() > switches_until_)
+            return static_cast<int>(other - all.begin());
+        return -1;
+    }
+    bool set_trajectory_limit(ControlMode mode, double limit) noexcept override {
+        const VectorXd all = VectorXd::Constant(n_, limit / radians);
+        is_limited_ = true;
+        if (mode == ControlMode::position)
+            return told(positions_ && positions_->setRefSpeeds(all.data()), "no speeds");
+        if (mode == ControlMode::velocity)
+            return told(velocities_ && velocities_->setRefAccelerations(all.data()), "no accelerations");
+        return true;
+    }
+    bool write(ControlMode mode, const Eigen::Ref<const VectorXd>& references) noexcept override {
+        const VectorXd degrees = references / radians, raw = references;
+        switch (mode) {
+        case ControlMode::position: return positions_ && positions_->positionMove(degrees.data());
+        case ControlMode::position_direct: return direct_ && direct_->setPositions(degrees.data());
+        case ControlMode::velocity: return velocities_ && velocities_->velocityMove(degrees.data());
+        case ControlMode::torque: return torques_ && torques_->setRefTorques(raw.data());
+        case ControlMode::pwm: return pwm_ && pwm_->setRefDutyCycles(raw.data());
+        case ControlMode::current: return currents_ && currents_->setRefCurrents(raw.data());
+        case ControlMode::impedance: return false;
+        }
+        return false;
+    }
+    bool read_gains(Loop loop, toolbox::Gains& gains) noexcept override {
+        std::vector<dev::Pid> pids(static_cast<std::size_t>(n_));
+        if (!pids_ || !pids_->getPids(type_of(loop), pids.data())) return told(false, "no gains");
+        for (int j = 0; j < n_; ++j) {
+            const auto& pid = pids[static_cast<std::size_t>(j)];
+            gains.P[j] = pid.kp;
+            gains.I[j] = pid.ki;
+            gains.D[j] = pid.kd;
+        }
+        return true;
+    }
+    bool write_gains(Loop loop, const toolbox::Gains& gains) noexcept override {
+        std::vector<dev::Pid> pids(static_cast<std::size_t>(n_));
+        if (!pids_ || !pids_->getPids(type_of(loop), pids.data())) return told(false, "no gains");
+        for (int j = 0; j < n_; ++j) {
+            auto& pid = pids[static_cast<std::size_t>(j)];
+            pid.kp = gains.P[j];
+            pid.ki = gains.I[j];
+            pid.kd = gains.D[j];
+        }
+        return told(pids_->setPids(type_of(loop), pids.data()), "the gains were not set");
+    }
+    bool read_motor_parameters(toolbox::MotorParameters& parameters) noexcept override {
+        for (int j = 0; j < n_; ++j) {
+            dev::MotorTorqueParameters its;
+            if (!torques_ || !torques_->getMotorTorqueParams(j, &its))
+                return told(false, "no motor parameters");
+            parameters.k_tau[j] = its.ktau;
+            parameters.k_bemf[j] = its.bemf;
+        }
+        return true;
+    }
+    bool write_motor_parameters(const toolbox::MotorParameters& parameters) noexcept override {
+        for (int j = 0; j < n_; ++j) {
+            dev::MotorTorqueParameters its;
+            if (!torques_ || !torques_->getMotorTorqueParams(j, &its))
+                return told(false, "no motor parameters");
+            its.ktau = parameters.k_tau[j];
+            its.bemf = parameters.k_bemf[j];
+            if (!torques_->setMotorTorqueParams(j, its))
+                return told(false, "the motor parameters were not set");
+        }
+        return true;
+    }
+    const ErrorText& error() const noexcept override { return error_; }
+    bool has_gains(Loop loop) {
+        toolbox::Gains gains(n_);
+        return read_gains(loop, gains);
+    }
+    bool has_motor_parameters() {
+        toolbox::MotorParameters parameters(n_);
+        return read_motor_parameters(parameters);
+    }
+
+  private:
+    /// Whose stamp is another one has come just now.
+    void note_time() {
+        if (!timed_) return;
+        const auto stamp = timed_->getLastInputStamp();
+        if (stamp.getCount() == stamp_.getCount() && stamp.getTime() == stamp_.getTime()) return;
+        stamp_ = stamp;
+        came_ = middleware::now();
+    }
+    static dev::PidControlTypeEnum type_of(Loop loop) {
+        return loop == Loop::position ? dev::VOCAB_PIDTYPE_POSITION : dev::VOCAB_PIDTYPE_TORQUE;
+    }
+    bool told(bool is_good, const char* what) noexcept {
+        if (!is_good) std::snprintf(error_, sizeof error_, "YARP robot %s: %s", options_.robot.c_str(), what);
+        return is_good;
+    }
+    bool angles(bool is_good, Eigen::Ref<VectorXd> values) noexcept {
+        values *= radians;
+        return told(is_good, "no angles");
+    }
+
+    const BoardOptions options_;
+    const int n_;
+    dev::PolyDriver driver_;
+    dev::IEncoders* encoders_ = nullptr;
+    dev::IMotorEncoders* motors_ = nullptr;
+    dev::IControlMode* modes_ = nullptr;
+    dev::IPositionControl* positions_ = nullptr;
+    dev::IPositionDirect* direct_ = nullptr;
+    dev::IVelocityControl* velocities_ = nullptr;
+    dev::ITorqueControl* torques_ = nullptr;
+    dev::IPWMControl* pwm_ = nullptr;
+    dev::ICurrentControl* currents_ = nullptr;
+    dev::IControlLimits* limits_ = nullptr;
+    dev::IPidControl* pids_ = nullptr;
+    dev::IPreciselyTimed* timed_ = nullptr;
+    std::list<SensorPort> wrenches_, imus_;
+    VectorXd speeds_, accelerations_; ///< of trajectories, before this program came, in degrees
+    bool has_speeds_ = false, has_accelerations_ = false, is_limited_ = false;
+    os::Stamp stamp_;
+    double switches_until_ = 0; ///< s; 0: the joints are in the mode that was set last
+    double came_ = 0;           ///< when the newest measurements came, s
+    ErrorText error_ = "";
+};
+
+/// Asked when the board has started.
+class Device final : public toolbox::RobotDevice {
+  public:
+    Device(const BoardOptions& options, Board& board) : joints_(options.joints), board_(board) {}
+    const std::vector<std::string>& joint_names() const override { return joints_; }
+    void check_mode(ControlMode mode) const override {
+        if (vocab_of(mode) == 0) throw std::runtime_error("YARP's boards have no such mode");
+    }
+    void check_measurement(Measurement what) const override {
+        VectorXd values(joints());
+        if (!board_.read(what, values)) throw std::runtime_error(board_.error());
+    }
+    void check_gains(Loop loop) const override {
+        if (!board_.has_gains(loop)) throw std::runtime_error(board_.error());
+    }
+    void check_motor_parameters() const override {
+        if (!board_.has_motor_parameters()) throw std::runtime_error(board_.error());
+    }
+    std::shared_ptr<Live> open() const override { return nullptr; } // its driver opens it
+
+  private:
+    const std::vector<std::string> joints_;
+    Board& board_;
+};
+
+} // namespace
+
+middleware::WaitingDriver make_driver(const BoardOptions& options) {
+    auto board = std::make_unique<Board>(options);
+    auto device = std::make_unique<Device>(options, *board);
+    return {std::move(device), std::move(board)};
+}
+
+} // namespace bf::yarp

@@ -1,0 +1,91 @@
+// The plugin Yarp.
+#include "bf/core/registry.hpp"
+#include "board.hpp"
+#include "network.hpp"
+
+namespace bf::yarp {
+
+namespace {
+
+class Robot final : public middleware::RemoteRobot {
+  public:
+    explicit Robot(const Arguments& arguments) : RemoteRobot(arguments) {
+        if (boards->empty())
+            problem("argument 'boards' is empty; name the robot's control boards, such as left_leg");
+        for (const auto* list : {&*wrenches, &*imus})
+            for (const auto& sensor : *list)
+                if (sensor.find("=/") == std::string::npos)
+                    problem("the sensor '" + sensor + "' is not given as name=/port");
+    }
+    Argument<std::string> robot{this, "robot", {.initial = "icubSim", .doc = "prefix of the robot's ports"}};
+    Argument<std::vector<std::string>> boards{
+        this,
+        "boards",
+        {.doc = "control boards that have the joints, such as left_leg of /icubSim/left_leg"}};
+    Argument<std::string> local{
+        this, "local", {.doc = "prefix of this program's ports; none: one of this run alone"}};
+    Argument<std::vector<std::string>> wrenches{
+        this, "wrenches", {.doc = "force/torque sensors, each as name=/port that streams 6 numbers"}};
+    Argument<std::vector<std::string>> imus{this,
+                                            "imus",
+                                            {.doc = "inertial sensors, each as name=/port that streams 12 "
+                                                    "numbers: roll pitch yaw [deg], acceleration, "
+                                                    "angular velocity [deg/s], magnetic field"}};
+    Argument<double> interval{
+        this,
+        "interval",
+        {.initial = 0.001, .above = 0, .maximum = 1, .doc = "between two looks at the robot, s"}};
+    Argument<double> silence{
+        this,
+        "silence",
+        {.initial = 0.2, .minimum = 0, .doc = "without a step until the joints are taken back, s; 0: never"}};
+
+  private:
+    std::unique_ptr<middleware::RobotLink> make_link() const override {
+        return middleware::make_threaded_link(
+            "YARP robot '" + *robot + "'", make_driver({robot, boards, joint_names(), local, wrenches, imus}),
+            interval, silence);
+    }
+};
+
+class NetworkBlock final : public Block {
+  public:
+    using Block::Block;
+    Provides<toolbox::StreamNetwork> network{
+        this, []() -> std::shared_ptr<const toolbox::StreamNetwork> { return std::make_shared<Network>(); }};
+
+    void start(Now) const override { join(); }
+};
+
+} // namespace
+
+} // namespace bf::yarp
+
+extern "C" void bf_plugin_v1(bf::Library& library) {
+    library.group("robot").add<bf::yarp::Robot>(
+        "Robot", "A robot behind YARP's control boards (remotecontrolboardremapper), in place of a world: "
+                 "the robot that "
+                 "GetMeasurement, GetSensor, GetLimits, SetReferences, SetLowLevelPID and SetMotorParameters "
+                 "in its subsystem and "
+                 "below use. YARP's calls take locks and wait for the network, so a thread of its own makes "
+                 "them: it looks at the "
+                 "robot every `interval` s, gives it what was commanded, and takes the joints back (mode "
+                 "Position) when the "
+                 "run ends or has not stepped for `silence` s. Angles are radians here and degrees there. "
+                 "Errors: no name server, boards, joints or sensors of these names; in a step: those of "
+                 "SharedMemory/Robot.");
+    library.group("streams").add<bf::yarp::NetworkBlock>(
+        "Network", "The YARP network, for the blocks StreamRead (YarpRead), StreamWrite (YarpWrite), "
+                   "NetworkClock (YarpClock), "
+                   "SimulatorSynchronizer, SimulatorClock and RealTimeSynchronizer in its subsystem and "
+                   "below. Streams are ports of vectors: a name that "
+                   "a port has already is connected to, from a port without a name; otherwise it is the name "
+                   "of the port that "
+                   "is opened. Messages come and go in threads of their own, and the newest counts; the "
+                   "timestamp is the message's envelope, or where it has none its number and when it came. "
+                   "Simulators are stepped by the service ClockServer "
+                   "of Gazebo's plugins for YARP (/clock/rpc), and a model with SimulatorClock serves it. "
+                   "The time is that of YARP, "
+                   "which YARP_CLOCK leads. It has no ports. "
+                   "Errors: no name server; a name that another program has.");
+}

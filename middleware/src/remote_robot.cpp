@@ -46,6 +46,7 @@ template <class... Values> bool RemoteConnection::fail(const char* format, Value
 
 void RemoteConnection::start() {
     stop();
+    fail("its connection is closed"); // and what fails later says so itself
     const auto refuse = [&](const std::string& text) {
         link_->stop();
         throw std::runtime_error(link_->name() + ": " + text);
@@ -66,6 +67,12 @@ void RemoteConnection::start() {
     if (theirs_.size() != robot_.joints.size())
         refuse("it has " + std::to_string(robot_.joints.size()) + " joints, and this diagram drives " +
                std::to_string(theirs_.size()) + " of them; name all: " + list(robot_.joints));
+    const double ratio = period_ / robot_.period;
+    if (robot_.waits && options_.follows && period_ > 0 &&
+        !(ratio > 0.5 && std::abs(ratio - std::round(ratio)) < 1e-6 * ratio))
+        refuse("it goes on by " + Value(robot_.period).describe() +
+               " s in each of its steps, and this block by " + Value(period_).describe() +
+               " s; give the block the period of the robot, or a multiple of it");
     server_ = robot_.process > 0 ? "its server (process " + std::to_string(robot_.process) + ")" : "it";
     at_ = RobotLayout(robot_);
     state_.assign(static_cast<std::size_t>(at_.state_size()), 0);
@@ -74,7 +81,7 @@ void RemoteConnection::start() {
     gains_ = settings_;
     command_[RobotLayout::session] = settings_[RobotLayout::of] = new_session();
     steps_ = 0;
-    mode_command_ = 0;
+    mode_command_ = asked_ = 0;
     is_open_ = true;
     is_begun_ = is_driven_ = false;
     const double end = now() + options_.start_timeout;
@@ -98,13 +105,13 @@ void RemoteConnection::stop() noexcept {
     ++command_[RobotLayout::number];
     link_->send_command(command_.data());
     link_->stop();
-    fail("its connection is closed");
 }
 
 bool RemoteConnection::take() noexcept {
     Stamp stamp;
     if (!link_->take_state(state_.data(), stamp)) return false;
     came_ = stamp.time;
+    asked_ = 0;
     return true;
 }
 
@@ -120,17 +127,23 @@ bool RemoteConnection::refresh() noexcept {
     for (const double began = now();;) {
         if (is_interrupted()) return fail("%s", interrupted);
         const bool is_due = !options_.follows || time() >= due;
-        if (is_due && (options_.follows || now() - came_ < options_.timeout)) return true;
+        if (is_due && (options_.follows || silence() < options_.timeout)) return true;
         if (!is_fitting()) return false;
         if (link_->is_gone())
             return fail("%s %s; the last state is of t = %g s", server_.c_str(), link_->how_gone(), time());
         if (!options_.follows || now() - began > options_.timeout)
             return fail("no state for %g s, the last one is of t = %g s; look whether %s stands still, or "
                         "raise timeout",
-                        now() - came_, time(), server_.c_str());
+                        silence(), time(), server_.c_str());
         link_->wait(std::min(0.05, options_.timeout));
         take();
     }
+}
+
+double RemoteConnection::silence() const noexcept {
+    // The time of a robot that waits for its controller stands still until it is told how far it may go.
+    if (robot_.waits) return asked_ > 0 ? now() - asked_ : 0;
+    return std::max(0.0, now() - came_);
 }
 
 bool RemoteConnection::is_fitting() noexcept {
@@ -169,6 +182,7 @@ void RemoteConnection::end_step() noexcept {
     command_[RobotLayout::until] = begin_ + static_cast<double>(steps_) * period_;
     ++command_[RobotLayout::number];
     link_->send_command(command_.data());
+    if (asked_ == 0) asked_ = now();
     is_begun_ = false;
 }
 
@@ -222,9 +236,7 @@ bool RemoteConnection::read(Limits which, Eigen::Ref<Eigen::VectorXd> minimum,
 }
 
 double RemoteConnection::age() const noexcept {
-    const double before = state_.empty() ? 0 : state_[RobotLayout::age];
-    // A robot that waits for the steps does not age while these are computed.
-    return robot_.waits && options_.follows ? before : before + std::max(0.0, now() - came_);
+    return state_.empty() ? 0 : state_[RobotLayout::age] + silence();
 }
 
 std::vector<std::string> RemoteConnection::sensors(Sensor kind) const {

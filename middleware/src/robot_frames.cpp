@@ -95,8 +95,10 @@ RobotDescription RobotDescription::read(const std::string& text) {
         d.velocity_max = limits_in(json, "velocity_max", d.joints.size(), infinity);
         if (!(d.period > 0)) throw std::runtime_error("its period is not above 0");
         return d;
-    } catch (const Json::exception& error) {
-        throw std::runtime_error(std::string("what it says of itself cannot be read: ") + error.what());
+    } catch (const Json::exception&) {
+        throw std::runtime_error(
+            "what it says of itself cannot be read; start its server anew, and use the same "
+            "BlockFactory on both sides");
     }
 }
 

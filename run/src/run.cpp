@@ -19,8 +19,9 @@ const Quantity& find(const std::vector<Quantity>& quantities, const std::string&
         if (quantity.path == path) return quantity;
         const auto dot = quantity.path.rfind('.');
         if (dot == path.size() && quantity.path.starts_with(path)) {
+            // What comes from a device is among the signals, too.
+            count += of_block == nullptr || of_block->data != quantity.data;
             of_block = &quantity;
-            ++count;
         }
         names.push_back(quantity.path);
     }

@@ -33,13 +33,19 @@ TEST_F(Serve, LetsOneDiagramDriveTheRobotOfAnother) {
           "  tau: {block: Constant, value: 0.5}\n  set: {block: WholeBodyToolbox/SetReferences}\n"
           "connections: {tau: set.u}\n");
     std::string drive = read("drive.yaml");
+    drive.replace(drive.find("connections"), 0, "  s: {block: WholeBodyToolbox/GetMeasurement}\n");
+    drive += "record: [s, tau]\n";
     drive.replace(drive.find("WholeBodyToolbox/MujocoWorld"), 28,
                   "SharedMemory/Robot, period: 0.001, name: " + name);
     write("drive.yaml", drive);
     const auto both =
         shell("'" BF_PROGRAM "' serve arm.yaml --once --record world.mcap --shm " + name +
-              " & '" BF_PROGRAM "' run drive.yaml --quiet; code=$?; wait $!; exit $((code + $?))");
+              " & '" BF_PROGRAM
+              "' run drive.yaml --quiet --record run.mcap; code=$?; wait $!; exit $((code + $?))");
     EXPECT_EQ(both.code, 0) << both.err;
+    const auto replayed = bf("replay run.mcap");
+    EXPECT_EQ(replayed.code, 0) << replayed.err << "a measurement is an output of a device";
+    EXPECT_NE(replayed.out.find("identical"), std::string::npos) << replayed.out;
     EXPECT_NE(both.err.find("  serves the robot '" + name + "' in shared memory\n"), std::string::npos)
         << both.err;
     EXPECT_NE(both.err.find("a controller has come\n"), std::string::npos) << both.err;

@@ -82,6 +82,7 @@ class End final : public middleware::RobotEnd {
     void show_state(const double* state, double time) noexcept override {
         file_.state().write(state, time);
         file_.state_bell().ring();
+        if (++shown_ % 64 == 0) file_.mend();
     }
     void show_gains(const double* gains) noexcept override { file_.gains().write(gains, now()); }
     bool take_command(double* command, Stamp& stamp) noexcept override {
@@ -93,6 +94,7 @@ class End final : public middleware::RobotEnd {
         return take(file_.settings(), settings, settings_);
     }
     void wait(double timeout) noexcept override {
+        file_.mend();
         file_.command_bell().wait(timeout, [&] { return file_.command().newest() != command_.number; });
     }
     bool is_gone() noexcept override { return file_.is_controller_gone(); }
@@ -102,6 +104,7 @@ class End final : public middleware::RobotEnd {
     const std::string robot_, name_;
     RobotFile file_;
     Stamp command_, settings_;
+    unsigned shown_ = 0; ///< states
 };
 
 } // namespace

@@ -112,18 +112,14 @@ void RobotFile::create(const std::string& name, const RobotDescription& descript
     descriptor_ = ::open(fresh.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0600);
     if (descriptor_ < 0) throw system_error("cannot make " + fresh);
     try {
-        const std::string text = description.text();
-        const std::size_t bytes = place(description, text.size());
+        text_ = description.text();
+        const std::size_t bytes = place(description, text_.size());
         if (const int error = posix_fallocate(descriptor_, 0, static_cast<off_t>(bytes)); error != 0)
             throw std::runtime_error(std::string("there is no memory for it: ") + std::strerror(error));
         if (!lock(server_byte)) throw system_error("cannot lock " + fresh);
         map(bytes);
-        place(description, text.size());
-        header_->magic = magic;
-        header_->layout = sizeof(Header);
-        header_->text_bytes = text.size();
-        std::memcpy(reinterpret_cast<std::byte*>(header_) + header_bytes, text.data(), text.size());
-        header_->is_complete.store(1, std::memory_order_release);
+        place(description, text_.size());
+        mend();
         if (rename(fresh.c_str(), file.c_str()) != 0) throw system_error("cannot make " + file);
     } catch (...) {
         unlink(fresh.c_str());
@@ -131,6 +127,19 @@ void RobotFile::create(const std::string& name, const RobotDescription& descript
         throw;
     }
     made_ = file;
+}
+
+void RobotFile::mend() noexcept {
+    auto* text = reinterpret_cast<std::byte*>(header_) + header_bytes;
+    if (header_->magic == magic && header_->layout == sizeof(Header) && header_->text_bytes == text_.size() &&
+        header_->is_complete.load(std::memory_order_relaxed) == 1 &&
+        std::memcmp(text, text_.data(), text_.size()) == 0)
+        return;
+    header_->magic = magic;
+    header_->layout = sizeof(Header);
+    header_->text_bytes = text_.size();
+    std::memcpy(text, text_.data(), text_.size());
+    header_->is_complete.store(1, std::memory_order_release);
 }
 
 bool RobotFile::open(const std::string& name, RobotDescription& description) {
@@ -151,7 +160,8 @@ bool RobotFile::open(const std::string& name, RobotDescription& description) {
             header_->text_bytes > bytes - header_bytes ||
             header_->is_complete.load(std::memory_order_acquire) != 1)
             throw std::runtime_error(
-                "its memory is that of another version; use the same BlockFactory on both sides");
+                "its memory is that of another version, or damaged; use the same BlockFactory on both sides, "
+                "or start its server anew");
         description = RobotDescription::read(
             std::string(reinterpret_cast<const char*>(header_) + header_bytes, header_->text_bytes));
         if (const std::size_t wanted = place(description, header_->text_bytes); wanted != bytes)

@@ -29,6 +29,9 @@ class RobotFile {
     /// The file is deleted where it was made here.
     void close() noexcept;
 
+    /// Of the server: writes anew what somebody has written over of that by which controllers know the file.
+    void mend() noexcept;
+
     bool is_server_gone() const noexcept { return is_free(server_byte); }
     bool is_controller_gone() const noexcept { return is_free(controller_byte); }
 
@@ -64,7 +67,7 @@ class RobotFile {
     int descriptor_ = -1;
     std::size_t bytes_ = 0;
     Header* header_ = nullptr;
-    std::string made_; ///< the file, where it was made here
+    std::string made_, text_; ///< the file and the description, where it was made here
     std::optional<middleware::Exchange> state_, gains_, command_, settings_;
 };
 

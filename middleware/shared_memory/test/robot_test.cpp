@@ -132,6 +132,60 @@ TEST(SharedMemoryRobot, RunsBesideItsControllerByTheClock) {
     EXPECT_GE(remote.scalar("world.worst_age"), 0.02);
 }
 
+/// A robot that waits has not been silent while nobody asked it for anything.
+TEST(SharedMemoryRobot, IsNoOlderForHavingWaitedForItsController) {
+    Served served("waited", diagram(icub + icub_world));
+    served.run();
+    std::this_thread::sleep_for(std::chrono::milliseconds(150));
+    Running remote(
+        diagram(icub + icub_at("waited", ", clock: own, timeout: 0.1") + controller("Torque"), wires));
+    ASSERT_TRUE(remote.step()) << remote.simulation.failure();
+    EXPECT_EQ(remote.scalar("world.age"), 0);
+    for (int k = 0; k < 2000 && remote.scalar("world.time") < 0.001; ++k, usleep(1000)) {
+        ASSERT_TRUE(remote.step()) << remote.simulation.failure();
+    }
+    served.end_run(); // and now it is asked
+    bool goes_on = true;
+    for (int k = 0; k < 2000 && goes_on; ++k, usleep(1000)) goes_on = remote.step();
+    expect_contains(remote.simulation.failure(), "in shared memory: no state for 0.1");
+    const std::string failure = remote.simulation.failure();
+    remote.simulation.stop();
+    EXPECT_EQ(remote.simulation.failure(), failure) << "the reason stays when all is closed";
+}
+
+TEST(SharedMemoryRobot, StepsByMultiplesOfTheRobotsPeriod) {
+    Served served("period", diagram(icub + icub_world));
+    served.run();
+    const auto at = [&](const std::string& period) {
+        return "model: m\nplugins: [WholeBodyToolbox, SharedMemory]\nstep: 0.0001\nblocks:\n" + icub +
+               "  world: {block: SharedMemory/Robot, period: " + period + ", name: " + robot_name("period") +
+               "}\n";
+    };
+    for (const std::string period : {"0.0005", "0.0015", "0.0007"})
+        expect_contains(refusal(at(period)),
+                        "in shared memory: it goes on by 0.001 s in each of its steps, and "
+                        "this block by " +
+                            period + " s; give the block the period of the robot");
+    Running remote(at("0.003"));
+    for (int k = 0; k <= 60; ++k) {
+        ASSERT_TRUE(remote.step()) << remote.simulation.failure();
+    }
+    EXPECT_NEAR(remote.scalar("world.time"), 0.006, 1e-12);
+}
+
+TEST(SharedMemoryRobot, MendsWhatControllersKnowItBy) {
+    Served served("mended", diagram(icub + icub_world));
+    served.run();
+    const int descriptor = ::open((folder() + robot_name("mended")).c_str(), O_RDWR);
+    const std::string damage(600, 'x');
+    EXPECT_EQ(pwrite(descriptor, damage.data(), 20, 0), 20);
+    EXPECT_EQ(pwrite(descriptor, damage.data(), 200, 256), 200);
+    ::close(descriptor);
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    Running remote(diagram(icub + icub_at("mended")));
+    EXPECT_TRUE(remote.step()) << remote.simulation.failure();
+}
+
 TEST(SharedMemoryRobot, IsTakenBackFromASilentController) {
     HostOptions options;
     options.waits = false;
@@ -294,9 +348,11 @@ TEST(SharedMemoryRobot, DistrustsMemory) {
         ::close(descriptor);
         return refusal(diagram(icub_at("bad", ", start_timeout: 0.05, joints: \"{'a'}\"")));
     };
-    expect_contains(refused("OLD1"),
-                    here + "its memory is that of another version; use the same BlockFactory on both sides");
-    expect_contains(refused("{\"version\""), here + "what it says of itself cannot be read");
+    expect_contains(
+        refused("OLD1"),
+        here + "its memory is that of another version, or damaged; use the same BlockFactory on both sides");
+    expect_contains(refused("{\"version\""),
+                    here + "what it says of itself cannot be read; start its server anew");
     expect_contains(refused("[[[[[[[[[[[[["), here + "what it says of itself cannot be read");
 }
 

@@ -94,6 +94,8 @@ class RemoteConnection final : public toolbox::RobotConnection {
     bool refresh() noexcept;
     bool take() noexcept;
     bool is_fitting() noexcept;
+    /// For how long nothing has come that is awaited, s.
+    double silence() const noexcept;
     bool is_still_ours() noexcept;
     void take_gains() noexcept;
     bool send_settings(double which) noexcept;
@@ -111,6 +113,7 @@ class RemoteConnection final : public toolbox::RobotConnection {
     std::vector<double> state_, command_, settings_, gains_;
     double period_ = 0, begin_ = 0; ///< s; of the robot's clock when we began
     double came_ = 0;               ///< when the newest state was written, s
+    double asked_ = 0;              ///< when the first command after it was sent, s; 0: none was
     std::int64_t steps_ = 0;        ///< since we began
     double mode_command_ = 0;       ///< number of the command that set the mode
     bool is_open_ = false, is_begun_ = false, is_good_ = false, is_driven_ = false;

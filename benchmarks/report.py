@@ -48,6 +48,7 @@ ROWS = [
     ("loop.icub_1khz", "x", "loop.icub_1khz/diagram", "loop.icub/bare_physics", ">= 0.5 of it"),
     ("middleware.exchange", "ns", "middleware.exchange/read", "middleware.exchange/memcpy", "< 200 ns"),
     ("middleware.shared_memory", "us", "middleware.shared_memory/round_trip", "middleware.shared_memory/pipes", "< 3 us"),
+    ("middleware.yarp_read", "us", "middleware.yarp_read/board", "middleware.yarp_read/bare", "< 60 us"),
     ("editor.open_1000", "ms", "editor.open_1000", "editor.open_100", "< 1000 ms"),
     ("editor.open_10000", "ms", "editor.open_10000", "editor.open_1000", "< 5000 ms"),
     ("editor.edit_1000", "ms", "editor.edit_1000", "editor.edit_1000/service", "< 100 ms"),

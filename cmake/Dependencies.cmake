@@ -49,7 +49,14 @@ find_package(Boost CONFIG REQUIRED) # headers
 if(BF_YARP AND NOT CMAKE_CROSSCOMPILING AND NOT BF_WHEEL)
     find_package(YARP 3.5 QUIET COMPONENTS os sig dev HINTS ${BF_DEPS}/yarp/prefix)
 endif()
-if(NOT YARP_FOUND)
+if(YARP_FOUND)
+    get_target_property(library YARP::YARP_os LOCATION)
+    get_filename_component(BF_YARP_LIBRARIES ${library} DIRECTORY)
+    get_filename_component(BF_YARP_PREFIX ${BF_YARP_LIBRARIES} DIRECTORY)
+    set(BF_YARP_DATA ${BF_YARP_PREFIX}/share/yarp) # where YARP looks for its devices
+    # GCC 12 misses two headers that YARP's used to include.
+    set(BF_YARP_OPTIONS "SHELL:-include iterator" "SHELL:-include utility")
+else()
     set(BF_YARP OFF)
 endif()
 if(BF_SUNDIALS)

@@ -135,15 +135,16 @@ TEST_F(YarpRobot, GoesWhereItIsLed) {
 
 /// The pretended robot has no torques and forgets some references, so these are looked at on their way to it.
 TEST_F(YarpRobot, IsDrivenInEveryModeByTheUnitsOfIt) {
-    for (const auto& [mode, vocab] : {std::pair("Position", VOCAB_CM_POSITION),
-                                      {"Position Direct", VOCAB_CM_POSITION_DIRECT},
-                                      {"Velocity", VOCAB_CM_VELOCITY},
-                                      {"Torque", VOCAB_CM_TORQUE},
-                                      {"PWM", VOCAB_CM_PWM},
-                                      {"Current", VOCAB_CM_CURRENT}}) {
+    for (const auto& each : {std::pair("Position", VOCAB_CM_POSITION),
+                             {"Position Direct", VOCAB_CM_POSITION_DIRECT},
+                             {"Velocity", VOCAB_CM_VELOCITY},
+                             {"Torque", VOCAB_CM_TORQUE},
+                             {"PWM", VOCAB_CM_PWM},
+                             {"Current", VOCAB_CM_CURRENT}}) {
+        const std::string text = each.first;
+        const int vocab = each.second;
         Pretended pretended;
         Look look;
-        const std::string text = mode;
         {
             Running run(driven(text, ", local: /tapped"));
             run.set("u", target);
@@ -178,9 +179,9 @@ TEST_F(YarpRobot, IsDrivenInEveryModeByTheUnitsOfIt) {
                 }
                 return look.is_in(vocab) && (came - factor * Eigen::Vector3d(0.2, -0.3, 0.1)).norm() < 1e-9;
             };
-            EXPECT_TRUE(steps_until(run, arrived)) << mode << run.simulation.failure() << " " << given;
+            EXPECT_TRUE(steps_until(run, arrived)) << text << run.simulation.failure() << " " << given;
         }
-        EXPECT_TRUE(waits_until([&] { return look.is_in(VOCAB_CM_POSITION); })) << mode << " is let go";
+        EXPECT_TRUE(waits_until([&] { return look.is_in(VOCAB_CM_POSITION); })) << text << " is let go";
     }
 }
 

@@ -121,36 +121,32 @@ bool Segment::has(Role role) const noexcept {
     return !is_free(descriptor_, role == Role::writer ? writer_byte : reader_byte);
 }
 
-std::uint64_t Segment::newest() const noexcept { return header_->turn.load(std::memory_order_acquire) / 2; }
+std::uint64_t Segment::newest() const noexcept { return header_->lock.turn() / 2; }
 
 int Segment::count() const noexcept {
     return static_cast<int>(header_->count.load(std::memory_order_relaxed));
 }
 
-// A sequence lock after H. Boehm, Can seqlocks get along with programming language memory models?, 2012. A
-// writer that ended in the middle leaves an odd turn, which the next one goes on with.
 void Segment::write(const Eigen::Ref<const Eigen::VectorXd>& given, double time) noexcept {
-    const auto turn = header_->turn.load(std::memory_order_relaxed) | 1;
-    header_->turn.store(turn, std::memory_order_relaxed);
-    std::atomic_thread_fence(std::memory_order_release);
+    const std::uint64_t k = newest() + 1;
+    header_->lock.begin(k);
     header_->count.store(static_cast<std::uint64_t>(given.size()), std::memory_order_relaxed);
     header_->time.store(time, std::memory_order_relaxed);
     for (int i = 0; i < std::min<int>(size_, static_cast<int>(given.size())); ++i)
         values()[i].store(given[i], std::memory_order_relaxed);
-    header_->turn.store(turn + 1, std::memory_order_release);
+    header_->lock.end(k);
 }
 
 std::uint64_t Segment::read(Eigen::Ref<Eigen::VectorXd> taken, double& time) const noexcept {
     for (int attempt = 0; attempt < 3; ++attempt) {
-        const auto turn = header_->turn.load(std::memory_order_acquire);
+        const auto turn = header_->lock.turn();
         if (turn % 2 != 0) continue;
         const auto number = header_->count.load(std::memory_order_relaxed);
         const double sent = header_->time.load(std::memory_order_relaxed);
         const bool fits = number == static_cast<std::uint64_t>(taken.size()) && taken.size() <= size_;
         for (Eigen::Index i = 0; fits && i < taken.size(); ++i)
             taken[i] = values()[i].load(std::memory_order_relaxed);
-        std::atomic_thread_fence(std::memory_order_acquire);
-        if (header_->turn.load(std::memory_order_relaxed) != turn) continue;
+        if (!header_->lock.is_still(turn)) continue;
         if (!fits) return misfit;
         time = sent;
         return turn / 2;

@@ -1,6 +1,8 @@
 // One stream in memory that the programs of one user share.
 #pragma once
 
+#include "bf/core/sequence_lock.hpp"
+
 #include <Eigen/Core>
 #include <atomic>
 #include <cstdint>
@@ -37,7 +39,7 @@ class Segment {
 
   private:
     struct Header {
-        std::atomic<std::uint64_t> turn; ///< odd while message k is written, then 2 k
+        SequenceLock lock;
         std::atomic<std::uint64_t> count;
         std::atomic<double> time;
     };

@@ -2,6 +2,8 @@
 // stands between whoever waits for a device, a thread or another program, and a step, which does not wait.
 #pragma once
 
+#include "bf/core/sequence_lock.hpp"
+
 #include <algorithm>
 #include <atomic>
 #include <cstddef>
@@ -21,21 +23,8 @@ struct Stamp {
 /// the middle of a call disturbs nobody else. Nothing allocates, locks, or waits. Only the newest message
 /// counts.
 ///
-/// Message k lies in slot k mod 4, so that it stays whole while the three after it are written. Its slot has
-/// a turn: 2 k - 1 while the message is being written, 2 k from then on, and `newest` is the greatest k that
-/// is complete.
-///
-/// That no message is ever torn, after H. Boehm, Can seqlocks get along with programming language memory
-/// models?, MSPC 2012. Let a reader find newest = k, then turn = 2 k (acquire), load values, pass an acquire
-/// fence, and find turn = 2 k again.
-///
-/// - No value is older than k: the load of turn = 2 k reads from the release store that follows all stores of
-/// k.
-/// - No value is newer: a value of a later message j in this slot was stored behind a release fence that
-/// follows the
-///   store of turn = 2 j - 1. A load that read it, followed by the acquire fence, makes that store happen
-///   before the last load of turn, which then cannot read 2 k, the earlier value in the order of
-///   modifications.
+/// Message k lies in slot k mod 4, so that it stays whole while the three after it are written, and its slot
+/// has a SequenceLock, by which no message is ever torn; `newest` is the greatest k that is complete.
 ///
 /// A writer that dies while it writes k + 1 leaves `newest` = k and the slot of k as they are; its successor
 /// writes k + 1 anew. A reader changes nothing. Every value is an atomic, so there are no data races either.
@@ -60,13 +49,12 @@ class Exchange {
     /// One thread alone.
     void write(const double* values, double time) noexcept {
         const std::uint64_t k = header_->newest.load(std::memory_order_relaxed) + 1;
-        auto& turn = header_->turn[k % slots].value;
+        SequenceLock& lock = header_->turn[k % slots].lock;
         std::atomic<double>* slot = words_ + (k % slots) * stride_;
-        turn.store(2 * k - 1, std::memory_order_relaxed);
-        std::atomic_thread_fence(std::memory_order_release);
+        lock.begin(k);
         slot[0].store(time, std::memory_order_relaxed);
         for (int i = 0; i < size_; ++i) slot[i + 1].store(values[i], std::memory_order_relaxed);
-        turn.store(2 * k, std::memory_order_release);
+        lock.end(k);
         header_->newest.store(k, std::memory_order_release);
     }
 
@@ -77,13 +65,12 @@ class Exchange {
         for (int attempt = 0; attempt < 3; ++attempt) {
             const std::uint64_t k = newest();
             if (k == 0) return false;
-            const auto& turn = header_->turn[k % slots].value;
+            const SequenceLock& lock = header_->turn[k % slots].lock;
             const std::atomic<double>* slot = words_ + (k % slots) * stride_;
-            if (turn.load(std::memory_order_acquire) != 2 * k) continue;
+            if (lock.turn() != 2 * k) continue;
             const double time = slot[0].load(std::memory_order_relaxed);
             for (int i = 0; i < size_; ++i) values[i] = slot[i + 1].load(std::memory_order_relaxed);
-            std::atomic_thread_fence(std::memory_order_acquire);
-            if (turn.load(std::memory_order_relaxed) != 2 * k) continue;
+            if (!lock.is_still(2 * k)) continue;
             stamp = {k, time};
             return true;
         }
@@ -96,7 +83,7 @@ class Exchange {
     static constexpr std::size_t line = 64; ///< bytes that processors share as one
 
     struct alignas(line) Turn {
-        std::atomic<std::uint64_t> value;
+        SequenceLock lock;
     };
     struct Header {
         alignas(line) std::atomic<std::uint64_t> newest;

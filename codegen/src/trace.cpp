@@ -1,24 +1,9 @@
 #include "trace.hpp"
 
-#include "bf/kernels/continuous.hpp"
-#include "bf/kernels/discrete.hpp"
-#include "bf/kernels/events.hpp"
-#include "bf/kernels/geometry.hpp"
-#include "bf/kernels/guards.hpp"
-#include "bf/kernels/limits.hpp"
-#include "bf/kernels/linear_algebra.hpp"
-#include "bf/kernels/logic.hpp"
-#include "bf/kernels/matrix.hpp"
-#include "bf/kernels/nonlinear.hpp"
-#include "bf/kernels/pid.hpp"
-#include "bf/kernels/reduce.hpp"
-#include "bf/kernels/routing.hpp"
-#include "bf/kernels/sources.hpp"
-#include "bf/kernels/standard.hpp"
+#include "bf/core/named_kernels.hpp"
 #include "operations.hpp"
 
 #include <algorithm>
-#include <array>
 
 namespace bf::codegen {
 
@@ -74,32 +59,8 @@ TermPtr choice(const TermPtr& condition, const TermPtr& x, const TermPtr& y, boo
 
 // ---- the kernels
 
-using SymbolView = kernels::View<Symbol>;
-using SymbolList = kernels::ListView<Symbol>;
-enum class List { none, first, last };
+namespace k = kernels;
 
-struct TracedKernel {
-    std::string_view name;
-    int operands; ///< a list counts as one
-    List list;
-    Elements elements;
-    std::string_view failure;
-    /// False where the kernel says that its operands are wrong.
-    bool (*run)(const SymbolView* views, const SymbolList& list);
-};
-
-template <List list, std::size_t i, std::size_t count>
-decltype(auto) operand(const SymbolView* views, const SymbolList& its) {
-    if constexpr ((list == List::first && i == 0) || (list == List::last && i + 1 == count))
-        return (its);
-    else
-        return (views[i - (list == List::first ? 1 : 0)]);
-}
-template <class K, List list, std::size_t... i> constexpr bool takes(std::index_sequence<i...>) {
-    return std::is_invocable_v<const K&,
-                               decltype(operand<list, i, sizeof...(i)>(
-                                   std::declval<const SymbolView*>(), std::declval<const SymbolList&>()))...>;
-}
 template <class K> constexpr std::string_view failure_text() {
     if constexpr (requires { K::failure; })
         return K::failure;
@@ -125,75 +86,16 @@ template <class K> constexpr Elements elements_of_kernel() {
     else
         return is_alike<K> ? Elements::of_all_but_constants : Elements::differ;
 }
-template <class K, List list, std::size_t... i>
-bool run(const SymbolView* views, const SymbolList& its, std::index_sequence<i...>) {
-    constexpr auto count = sizeof...(i);
-    if constexpr (std::is_same_v<decltype(K{}(operand<list, i, count>(views, its)...)), bool>)
-        return K{}(operand<list, i, count>(views, its)...);
-    K{}(operand<list, i, count>(views, its)...);
-    return true;
-}
-template <class K, List list, std::size_t count = 1> constexpr TracedKernel kernel() {
-    if constexpr (!takes<K, list>(std::make_index_sequence<count>{}))
-        return kernel<K, list, count + 1>();
-    else
-        return {K::name,
-                static_cast<int>(count),
-                list,
-                elements_of_kernel<K>(),
-                failure_text<K>(),
-                [](const SymbolView* views, const SymbolList& its) {
-                    return run<K, list>(views, its, std::make_index_sequence<count>{});
-                }};
-}
-template <List list, class... K> constexpr std::array<TracedKernel, sizeof...(K)> kernels_of() {
-    return {kernel<K, list>()...};
-}
-
-namespace k = kernels;
-constexpr auto plain = kernels_of<
-    List::none, k::Copy, k::Gain, k::Add, k::Subtract, k::Multiply, k::Divide, k::Negate, k::Abs, k::Sign,
-    k::Square, k::Minimum, k::Maximum, k::Mod, k::Rem, k::Sqrt, k::SignedSqrt, k::ReciprocalSqrt,
-    k::Reciprocal, k::Exp, k::Log, k::Log10, k::Pow10, k::Sin, k::Cos, k::Tan, k::Asin, k::Acos, k::Atan,
-    k::Sinh, k::Cosh, k::Tanh, k::Asinh, k::Acosh, k::Atanh, k::Floor, k::Ceil, k::Round, k::Fix, k::Power,
-    k::Atan2, k::Hypot, k::Polynomial, k::Saturate, k::DeadZone, k::RateLimit, k::RelayMode, k::ShownMode,
-    k::Choose, k::Backlash, k::Friction, k::WrapToZero, k::HitCrossing, k::Accumulate, k::AccumulateHalf,
-    k::RisingEdge, k::FallingEdge, k::EitherEdge, k::LevelReset, k::Difference, k::FilterOutput,
-    k::FilterUpdate, k::Shift, k::Step, k::Ramp, k::SineWave, k::LimitedRate, k::LimitReached, k::Lag,
-    k::CompanionOutput, k::CompanionRate, k::DifferenceQuotient, k::Equal, k::NotEqual, k::Less, k::LessEqual,
-    k::Greater, k::GreaterEqual, k::Not, k::All, k::Any, k::Inside, k::Changed, k::Increased, k::Decreased,
-    k::SetReset, k::DFlipFlop, k::Advance, k::SumOfElements, k::ProductOfElements, k::MinimumOfElements,
-    k::MaximumOfElements, k::Dot, k::Cross, k::PartOf, k::SineCosine, k::Pulse, k::Interpolate, k::CountUp,
-    k::ElementOf, k::CountAlong, k::Quantize, k::FirstRow, k::FilterState, k::FilterInitial,
-    k::LowPassCoefficients, k::MinimumJerkCoefficients, k::Place, k::Select, k::SelectMatrix, k::Submatrix,
-    k::Assign, k::AssignMatrix, k::RotationX, k::RotationY, k::RotationZ, k::RotationFromRollPitchYaw,
-    k::Skew, k::SkewVee, k::RotationFromQuaternion, k::QuaternionDerivative, k::RotationErrorSkew,
-    k::PoseFromRotationPosition, k::PosePosition, k::PoseRotation, k::PoseComposition, k::PoseInverse,
-    k::AnyPositive, k::TruthTable, k::MatrixProduct, k::ScalarOrMatrixProduct, k::StateSpace, k::Transpose,
-    k::Diagonal, k::DiagonalOf, k::Identity, k::SumOfColumns, k::SumOfRows, k::Norm1, k::Norm2, k::NormInf,
-    k::CumulativeSum, k::Sort, k::FindFirst, k::LookUpRow, k::Assert, k::Count, k::OnDelay, k::StateMachine,
-    k::StateMachineUpdate, k::IsCase, k::AlwaysTrue, k::Wave, k::WithinCycle, k::JKFlipFlop, k::Chirp,
-    k::StoppedState, k::StoppedSide, k::BegunState, k::SwitchedMode, k::Margin, k::PositiveSign,
-    k::StopMargins, k::Check<k::CheckKind::always>, k::Check<k::CheckKind::final>,
-    k::Check<k::CheckKind::maximum>, k::Check<k::CheckKind::minimum>, k::Check<k::CheckKind::rms>,
-    k::Check<k::CheckKind::mean>>();
-constexpr std::array variadic{kernel<k::Pid, List::none, 19>()};
-constexpr auto of_lists =
-    kernels_of<List::last, k::Sum, k::ElementProduct, k::MinimumOfList, k::MaximumOfList, k::And, k::Or,
-               k::Nand, k::Nor, k::Xor, k::Xnor, k::Concatenate, k::ConcatenateVertically, k::BlockDiagonal,
-               k::MultiportSwitch, k::IsFirst, k::Expression>();
-constexpr auto to_lists = kernels_of<List::first, k::Split>();
-
-const TracedKernel* find(std::string_view name) {
-    const TracedKernel* found = nullptr;
-    const auto look = [&](const auto& all) {
-        for (const auto& one : all)
-            if (one.name == name) found = &one;
-    };
-    look(plain);
-    look(variadic);
-    look(of_lists);
-    look(to_lists);
+/// What else is known of a kernel.
+struct Properties {
+    Elements elements = Elements::differ;
+    std::string_view failure;
+};
+Properties properties_of(std::string_view name) {
+    Properties found;
+    for_each_named_kernel([&]<class K>(K) {
+        if (name == K::name) found = {elements_of_kernel<K>(), failure_text<K>()};
+    });
     return found;
 }
 
@@ -201,8 +103,8 @@ const TracedKernel* find(std::string_view name) {
 class Runs {
   public:
     /// `computed_in` is the type into which the kernel converts each operand, if it does.
-    Runs(const TracedKernel& kernel, const std::vector<Argument>& arguments, int list_from, int list_size,
-         std::vector<std::optional<Type>> computed_in, std::size_t most_terms)
+    Runs(const NamedKernel<Symbol>& kernel, const std::vector<Argument>& arguments, int list_from,
+         int list_size, std::vector<std::optional<Type>> computed_in, std::size_t most_terms)
         : kernel_(kernel), arguments_(arguments), list_from_(list_from), list_size_(list_size),
           computed_in_(std::move(computed_in)), most_terms_(most_terms) {}
 
@@ -210,7 +112,7 @@ class Runs {
     std::optional<Traced> operator()(std::vector<bool> path = {}) {
         Trace trace{.most_terms = most_terms_, .path = path};
         std::vector<std::vector<Symbol>> cells;
-        std::vector<SymbolView> views, list;
+        std::vector<kernels::View<Symbol>> views, list;
         for (std::size_t a = 0; a < arguments_.size(); ++a) {
             const auto& argument = arguments_[a];
             cells.emplace_back();
@@ -223,8 +125,7 @@ class Runs {
             (is_listed ? list : views)
                 .emplace_back(cells[a].data(), arguments_[a].size.rows, arguments_[a].size.cols);
         }
-        const bool is_right =
-            kernel_.run(views.data(), SymbolList(list.data(), static_cast<int>(list.size())));
+        const bool is_right = kernel_.run(views.data(), {list.data(), static_cast<int>(list.size())});
         if (trace.has_failed || ++count_ > most_runs) return {};
         if (trace.conditions.size() == path.size()) {
             Traced traced{{}, number_term(is_right ? 0 : 1)};
@@ -273,7 +174,7 @@ class Runs {
         return argument.is_written || !type ? element : converted(element, *type);
     }
 
-    const TracedKernel& kernel_;
+    const NamedKernel<Symbol>& kernel_;
     const std::vector<Argument>& arguments_;
     int list_from_, list_size_, count_ = 0;
     std::vector<std::optional<Type>> computed_in_;
@@ -307,9 +208,9 @@ std::vector<std::optional<Type>> types_of_computation(std::string_view name,
 
 std::optional<Traced> trace(std::string_view name, const std::vector<Argument>& arguments, int list_from,
                             int list_size, std::size_t most_terms) {
-    const TracedKernel* const kernel = find(name);
+    const auto* const kernel = find_kernel<Symbol>(name);
     const int operands = static_cast<int>(arguments.size()) - (list_from >= 0 ? list_size - 1 : 0);
-    if (!kernel || operands != kernel->operands || (kernel->list != List::none) != (list_from >= 0))
+    if (!kernel || operands != kernel->operands || (kernel->list != ListOperand::none) != (list_from >= 0))
         return {};
     const bool is_single = std::any_of(arguments.begin(), arguments.end(),
                                        [](const Argument& a) { return a.type == Type::float32; });
@@ -326,14 +227,7 @@ std::optional<Traced> trace(std::string_view name, const std::vector<Argument>& 
     return traced;
 }
 
-Elements elements_of(std::string_view name) {
-    const TracedKernel* const kernel = find(name);
-    return kernel ? kernel->elements : Elements::differ;
-}
-
-std::string_view failure_of(std::string_view name) {
-    const TracedKernel* const kernel = find(name);
-    return kernel ? kernel->failure : std::string_view();
-}
+Elements elements_of(std::string_view name) { return properties_of(name).elements; }
+std::string_view failure_of(std::string_view name) { return properties_of(name).failure; }
 
 } // namespace bf::codegen

@@ -1,0 +1,599 @@
+#include "bf/analysis/linearize.hpp"
+
+#include "bf/core/registry.hpp"
+#include "bf/program/program.hpp"
+#include "differential.hpp"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <exception>
+#include <functional>
+#include <map>
+#include <numeric>
+#include <set>
+#include <unsupported/Eigen/MatrixFunctions>
+
+namespace bf::analysis {
+
+namespace {
+
+/// Elements of a signal or state that are inputs, outputs or states of the linear system.
+struct Channel {
+    Node::End end;
+    std::vector<int> elements;
+};
+
+class Linearization {
+  public:
+    Linearization(Simulation& run, const LinearizeOptions& options)
+        : run_(run), d_(run.diagram()), context_(run.context()), options_(options), finder_(d_) {
+        from_ = channels(options.from, d_.inputs, "input", "--from");
+        to_ = channels(options.to, d_.outputs, "output", "--to");
+        for (const auto& path : options.open) open_.push_back(find(path));
+        for (int n = 0; n < static_cast<int>(d_.nodes.size()); ++n)
+            for (int s = 0; s < static_cast<int>(slots(n).size()); ++s)
+                if (is_state(slot({n, s}).role) && is_real({n, s})) states_.push_back(whole({n, s}));
+    }
+
+    LinearSystem operator()() {
+        system_.time = run_.time();
+        const int all = size(states_);
+        Differential whole(run_, all + size(from_), options_.by_differences);
+        seed(whole, all);
+        const auto every = [this](int node) { return rate(node).trigger == 0; };
+        whole.outputs(every);
+        whole.updates(every);
+        whole.derivatives(every);
+        const Matrix y = outputs(whole), next = advanced(whole);
+        find_paths(next, y, whole);
+        find_rates();
+        if (needs_map())
+            map_period();
+        else {
+            system_.A = next(kept_, kept_);
+            system_.B = next(kept_, inputs(all));
+            system_.C = y(Eigen::all, kept_);
+            system_.D = y(Eigen::all, inputs(all));
+            system_.period = sampled_.empty() ? 0 : d_.period(*sampled_.begin());
+        }
+        describe(whole);
+        return std::move(system_);
+    }
+
+  private:
+    using Rows = Differential::Rows;
+
+    const Slot& slot(const Node::End& end) const { return d_.slot(end); }
+    const std::vector<Slot>& slots(int n) const {
+        return d_.nodes[static_cast<std::size_t>(n)].block->resolution().slots;
+    }
+    const SampleRate& rate(int node) const {
+        return d_.rates[static_cast<std::size_t>(d_.nodes[static_cast<std::size_t>(node)].rate)];
+    }
+    bool is_real(const Node::End& end) const {
+        return slot(end).type == Type::float64 || slot(end).type == Type::float32;
+    }
+    const std::string& path(int node) const { return d_.nodes[static_cast<std::size_t>(node)].path; }
+    static int size(const std::vector<Channel>& channels) {
+        int count = 0;
+        for (const auto& channel : channels) count += static_cast<int>(channel.elements.size());
+        return count;
+    }
+    std::vector<int> inputs(int first) const {
+        std::vector<int> all(static_cast<std::size_t>(size(from_)));
+        std::iota(all.begin(), all.end(), first);
+        return all;
+    }
+
+    // ---- names
+
+    Channel whole(const Node::End& end) const {
+        Channel channel{end, std::vector<int>(static_cast<std::size_t>(slot(end).size.count()))};
+        std::iota(channel.elements.begin(), channel.elements.end(), 0);
+        return channel;
+    }
+
+    Channel find(const std::string& name) const {
+        const auto look = [&](const std::string& path) {
+            Node::End end = finder_.find(path);
+            for (int n = 0; end.node < 0 && n < static_cast<int>(d_.nodes.size()); ++n)
+                for (int s = 0; s < static_cast<int>(slots(n).size()); ++s)
+                    if (is_state(slot({n, s}).role) && this->path(n) + "." + slot({n, s}).name == path)
+                        end = {n, s};
+            return end;
+        };
+        std::string signal = name, element;
+        Node::End end = look(name);
+        if (const auto bracket = name.find('['); end.node < 0 && bracket != std::string::npos) {
+            signal = name.substr(0, bracket);
+            element = name.substr(bracket);
+            end = look(signal);
+        }
+        if (end.node < 0) {
+            std::vector<std::string> names;
+            for (const auto& one : finder_.all()) names.push_back(one.path);
+            for (const auto& node : d_.nodes) names.push_back(node.path);
+            for (const auto& state : states_) names.push_back(d_.end_path(state.end));
+            throw RunError("the model has no signal or state '" + signal + "'" + did_you_mean(signal, names));
+        }
+        if (!is_real(end))
+            throw RunError("'" + signal + "' is of type " + bf::name(slot(end).type) +
+                           ", which does not change by little; choose a signal of real numbers");
+        Channel channel = whole(end);
+        if (element.empty()) return channel;
+        if (channel.elements.size() == 1) {
+            if (element == "[1]") return channel;
+            throw RunError("'" + signal + "' has a single element, and not " + element);
+        }
+        std::string known;
+        for (const int i : channel.elements) {
+            const std::string number = "[" + std::to_string(i + 1) + "]", text = d_.element_text(end, i);
+            if (element == text || element == number) return {end, {i}};
+            if (i < 6) known += (i ? ", " : "") + text;
+        }
+        throw RunError("'" + signal + "' has no element " + element + "; it has " +
+                       std::to_string(channel.elements.size()) + ": " + known +
+                       (channel.elements.size() > 6 ? ", ..." : ""));
+    }
+
+    std::vector<Channel> channels(const std::vector<std::string>& names,
+                                  const std::vector<SignalName>& otherwise, const std::string& what,
+                                  const std::string& option) const {
+        std::vector<Channel> found;
+        for (const auto& name : names) found.push_back(find(name));
+        if (names.empty())
+            for (const auto& port : otherwise)
+                if (is_real(port.end)) found.push_back(whole(port.end));
+        if (found.empty())
+            throw RunError("the model has no " + what +
+                           " at its root that is a real number; name signals with " + option);
+        return found;
+    }
+
+    std::string name(const Channel& channel, int element) const {
+        const auto& end = channel.end;
+        std::string text = d_.end_path(end);
+        for (const auto& port : d_.inputs)
+            if (port.end.node == end.node && port.end.slot == end.slot) text = port.path;
+        return slot(end).size.count() == 1 ? text : text + d_.element_text(end, element);
+    }
+
+    // ---- seeds and results
+
+    /// Columns: elements of `kept` states, then the inputs from `first` on.
+    void seed(Differential& differential, int first) {
+        int column = 0;
+        for (const auto& state : states_) {
+            auto rows = differential.rows(state.end);
+            for (const int i : state.elements) rows(i, column++) = 1;
+        }
+        add_inputs(differential, first);
+    }
+
+    /// Each input adds its column to the signal; a signal that is cut forgets what it was computed from.
+    void add_inputs(Differential& differential, int first) {
+        std::map<std::pair<int, int>, std::vector<std::pair<int, int>>> added; // element, column
+        int column = first;
+        for (const auto& channel : from_)
+            for (const int i : channel.elements)
+                added[{channel.end.node, channel.end.slot}].emplace_back(i, column++);
+        std::map<std::pair<int, int>, std::vector<int>> cut;
+        for (const auto& channel : open_) {
+            auto& elements = cut[{channel.end.node, channel.end.slot}];
+            elements.insert(elements.end(), channel.elements.begin(), channel.elements.end());
+            added[{channel.end.node, channel.end.slot}];
+        }
+        before_.clear();
+        for (const auto& [end, columns] : added)
+            differential.at({end.first, end.second},
+                            [this, end = end, columns = columns, cut = cut[end]](Eigen::Block<Rows> rows) {
+                                before_[end] = rows;
+                                for (const int i : cut) rows.row(i).setZero();
+                                for (const auto& [i, c] : columns) rows(i, c) += 1;
+                            });
+    }
+
+    bool is_cut(const Node::End& end, int element) const {
+        return std::any_of(open_.begin(), open_.end(), [&](const Channel& channel) {
+            return channel.end.node == end.node && channel.end.slot == end.slot &&
+                   std::count(channel.elements.begin(), channel.elements.end(), element) > 0;
+        });
+    }
+
+    bool is_cut(const Node::End& end) const {
+        for (int e = 0; e < slot(end).size.count(); ++e)
+            if (!is_cut(end, e)) return false;
+        return true;
+    }
+
+    Matrix outputs(Differential& differential) const {
+        std::vector<Eigen::RowVectorXd> all;
+        for (const auto& channel : to_)
+            for (const int i : channel.elements) {
+                const auto known = before_.find({channel.end.node, channel.end.slot});
+                const bool is_before = known != before_.end() && is_cut(channel.end, i);
+                all.emplace_back(is_before ? Eigen::RowVectorXd(known->second.row(i))
+                                           : Eigen::RowVectorXd(differential.rows(channel.end).row(i)));
+            }
+        Matrix y(static_cast<Eigen::Index>(all.size()), all.front().cols());
+        for (std::size_t i = 0; i < all.size(); ++i) y.row(static_cast<Eigen::Index>(i)) = all[i];
+        return y;
+    }
+
+    /// Of each state, x' or x⁺.
+    Matrix advanced(Differential& differential) const {
+        Matrix next(size(states_), differential.rows(to_.front().end).cols());
+        int row = 0;
+        for (const auto& state : states_) {
+            const auto count = static_cast<int>(state.elements.size());
+            next.middleRows(row, count) = slot(state.end).role == Role::discrete_state
+                                              ? differential.next(state.end)
+                                              : differential.rate(state.end);
+            row += count;
+        }
+        return next;
+    }
+
+    // ---- what lies on a path from an input to an output
+
+    void find_paths(const Matrix& next, const Matrix& y, Differential& whole) {
+        const int all = size(states_);
+        std::vector<int> nodes;
+        for (const auto& state : states_) nodes.insert(nodes.end(), state.elements.size(), state.end.node);
+        const auto closure = [&](std::vector<char> reached, bool is_forward) {
+            std::vector<int> pending;
+            for (int i = 0; i < all; ++i)
+                if (reached[static_cast<std::size_t>(i)]) pending.push_back(i);
+            while (!pending.empty()) {
+                const int i = pending.back();
+                pending.pop_back();
+                for (int j = 0; j < all; ++j) {
+                    if (reached[static_cast<std::size_t>(j)] || (is_forward ? next(j, i) : next(i, j)) == 0)
+                        continue;
+                    reached[static_cast<std::size_t>(j)] = 1;
+                    pending.push_back(j);
+                }
+            }
+            return reached;
+        };
+        std::vector<char> driven(static_cast<std::size_t>(all)), seen(static_cast<std::size_t>(all));
+        for (int i = 0; i < all; ++i) {
+            driven[static_cast<std::size_t>(i)] = (next.row(i).tail(size(from_)).array() != 0).any();
+            seen[static_cast<std::size_t>(i)] = (y.col(i).array() != 0).any();
+        }
+        driven = closure(driven, true);
+        seen = closure(seen, false);
+        std::set<int> ends, driven_nodes, seen_nodes;
+        for (int i = 0; i < all; ++i) {
+            const auto n = static_cast<std::size_t>(i);
+            if (driven[n]) driven_nodes.insert(nodes[n]);
+            if (seen[n]) seen_nodes.insert(nodes[n]);
+            if (driven[n] && seen[n]) on_path_.insert(nodes[n]);
+            if (seen[n]) ends.insert(nodes[n]);
+            if ((driven[n] && seen[n]) || options_.all_states) kept_.push_back(i);
+        }
+        // In a ring of samples, what is written in this step is seen in a later one.
+        for (const int node : driven_nodes)
+            if (seen_nodes.contains(node)) check_counters(node);
+        if (options_.all_states)
+            for (const int i : kept_) ends.insert(nodes[static_cast<std::size_t>(i)]);
+        // Blocks without states are on a path where they change with the inputs and somebody on it reads
+        // them.
+        for (const auto& channel : to_) ends.insert(channel.end.node);
+        std::vector<int> pending(ends.begin(), ends.end());
+        while (!pending.empty()) {
+            const int node = pending.back();
+            pending.pop_back();
+            for (const auto& [source, slot, reader] : whole.flows())
+                if (reader == node && !is_cut({source, slot}) && ends.insert(source).second)
+                    pending.push_back(source);
+        }
+        for (const int node : ends)
+            if (changes_with_inputs(whole, node, driven)) on_path_.insert(node);
+    }
+
+    bool changes_with_inputs(Differential& whole, int node, const std::vector<char>& driven) const {
+        for (int s = 0; s < static_cast<int>(slots(node).size()); ++s) {
+            if (slot({node, s}).role != Role::output) continue;
+            const auto known = before_.find({node, s});
+            const Rows rows = known != before_.end() ? known->second : Rows(whole.rows({node, s}));
+            for (int c = 0; c < rows.cols(); ++c) {
+                const bool counts =
+                    c >= static_cast<int>(driven.size()) || driven[static_cast<std::size_t>(c)];
+                if (counts && (rows.col(c).array() != 0).any()) return true;
+            }
+        }
+        return false;
+    }
+
+    void find_rates() {
+        for (const int node : on_path_) {
+            const auto& r = rate(node);
+            if (d_.nodes[static_cast<std::size_t>(node)].block->declaration().traits.is_root_input ||
+                r.is_constant || r.trigger > 0)
+                continue;
+            if (!r.is_continuous) sampled_.insert(d_.nodes[static_cast<std::size_t>(node)].rate);
+        }
+        int i = 0;
+        for (const auto& state : states_)
+            for (std::size_t e = 0; e < state.elements.size(); ++e, ++i) {
+                if (!std::count(kept_.begin(), kept_.end(), i)) continue;
+                if (slot(state.end).role == Role::continuous_state)
+                    has_continuous_ = true;
+                else if (rate(state.end.node).is_continuous)
+                    has_memory_ = true;
+                else if (rate(state.end.node).trigger == 0 && !rate(state.end.node).is_constant)
+                    sampled_.insert(d_.nodes[static_cast<std::size_t>(state.end.node)].rate);
+            }
+    }
+
+    /// A state that is no real number and changes with each step makes another linear system of each step.
+    void check_counters(int node) {
+        if (rate(node).trigger > 0) return;
+        const Frame& frame = context_.frame(node);
+        for (int s = 0; s < static_cast<int>(slots(node).size()); ++s)
+            if (const Slot& its = slot({node, s}); its.role == Role::discrete_state)
+                std::memcpy(frame.next[s], frame.now[s],
+                            static_cast<std::size_t>(its.size.count() * bytes(its.type)));
+        for (int i = 0; i < context_.activities(node, Phase::update); ++i)
+            if (!context_.task(node, Phase::update, i)()) return;
+        for (int s = 0; s < static_cast<int>(slots(node).size()); ++s) {
+            const Slot& its = slot({node, s});
+            if (its.role != Role::discrete_state || is_real({node, s})) continue;
+            for (int e = 0; e < its.size.count(); ++e)
+                if (read_value(frame.now[s], its.type, e) != read_value(frame.next[s], its.type, e))
+                    throw RunError(
+                        path(node) + ": its state '" + its.name +
+                        "' changes in this step, and with it the linear system; choose another time (--at), "
+                        "or a block that does without, as a Delay instead of a ring of samples");
+        }
+    }
+    bool needs_map() const {
+        return has_memory_ || sampled_.size() > 1 || (has_continuous_ && !sampled_.empty());
+    }
+
+    // ---- several rates
+
+    std::string rates_text() const {
+        std::string text;
+        for (const int r : sampled_) text += (text.empty() ? "" : ", ") + program::period_text(d_, r);
+        if (has_continuous_) text += ", continuous";
+        return text;
+    }
+
+    void map_period() {
+        std::int64_t steps = 1;
+        constexpr std::int64_t most_steps = 1'000'000;
+        for (const int r : sampled_) {
+            const auto& its = d_.rates[static_cast<std::size_t>(r)];
+            if (its.offset != 0)
+                throw RunError(
+                    "on the paths are the rates " + rates_text() +
+                    "; one with an offset has no map over a period that begins with all of them; leave the "
+                    "offset out, or open the path before it (--open)");
+            steps = std::lcm(steps, its.ticks);
+            if (steps > most_steps)
+                throw RunError(
+                    "on the paths are the rates " + rates_text() + ", whose common period is more than " +
+                    std::to_string(most_steps) +
+                    " base steps; choose periods that divide one another, or open the path (--open)");
+        }
+        const int count = static_cast<int>(kept_.size()), columns = count + size(from_);
+        Differential map(run_, columns, options_.by_differences);
+        const Matrix Ac = continuous_part();
+        const auto n = Ac.rows();
+        Matrix block = Matrix::Zero(2 * n, 2 * n);
+        block.topLeftCorner(n, n) = Ac * d_.step;
+        block.topRightCorner(n, n) = Matrix::Identity(n, n) * d_.step;
+        const Matrix flow = block.exp(), phi = flow.topLeftCorner(n, n), gamma = flow.topRightCorner(n, n);
+
+        Matrix x = Matrix::Zero(count, columns);
+        x.leftCols(count).setIdentity();
+        add_inputs(map, count);
+        for (std::int64_t k = 0; k < steps; ++k) {
+            put(map, x);
+            const auto runs = [&](int node) {
+                const auto& r = rate(node);
+                return r.trigger == 0 && (r.is_continuous || k % r.ticks == 0);
+            };
+            map.outputs(runs);
+            if (k == 0) {
+                const Matrix y = outputs(map);
+                system_.C = y.leftCols(count);
+                system_.D = y.rightCols(size(from_));
+            }
+            map.updates(runs);
+            map.derivatives(runs);
+            const Matrix next = advanced(map);
+            Matrix state(n, columns), slope(n, columns);
+            int c = 0;
+            for (int i = 0; i < count; ++i)
+                if (is_continuous(i)) {
+                    state.row(c) = x.row(i);
+                    slope.row(c++) = next.row(kept_[static_cast<std::size_t>(i)]);
+                }
+            const Matrix moved = phi * state + gamma * (slope - Ac * state);
+            c = 0;
+            for (int i = 0; i < count; ++i) {
+                const int row = kept_[static_cast<std::size_t>(i)];
+                if (is_continuous(i))
+                    x.row(i) = moved.row(c++);
+                else if (runs(owner(row).node))
+                    x.row(i) = next.row(row);
+            }
+        }
+        system_.A = x.leftCols(count);
+        system_.B = x.rightCols(size(from_));
+        system_.period = static_cast<double>(steps) * d_.step;
+    }
+
+    /// Which state element i of all is of.
+    Node::End owner(int i) const {
+        for (const auto& state : states_) {
+            if (i < static_cast<int>(state.elements.size())) return state.end;
+            i -= static_cast<int>(state.elements.size());
+        }
+        return {};
+    }
+    bool is_continuous(int kept) const {
+        return slot(owner(kept_[static_cast<std::size_t>(kept)])).role == Role::continuous_state;
+    }
+
+    /// Rows of the kept states := those of x; others do not move.
+    void put(Differential& differential, const Matrix& x) const {
+        int i = 0, kept = 0;
+        for (const auto& state : states_) {
+            auto rows = differential.rows(state.end);
+            for (const int e : state.elements) {
+                if (kept < static_cast<int>(kept_.size()) && kept_[static_cast<std::size_t>(kept)] == i)
+                    rows.row(e) = x.row(kept++);
+                ++i;
+            }
+        }
+    }
+
+    /// x_c' by x_c alone, while all that is sampled is held.
+    Matrix continuous_part() {
+        std::vector<int> continuous;
+        for (int i = 0; i < static_cast<int>(kept_.size()); ++i)
+            if (is_continuous(i)) continuous.push_back(i);
+        const auto n = static_cast<int>(continuous.size());
+        Matrix Ac = Matrix::Zero(n, n);
+        if (n == 0) return Ac;
+        Differential part(run_, n + size(from_), options_.by_differences);
+        Matrix x = Matrix::Zero(static_cast<Eigen::Index>(kept_.size()), n + size(from_));
+        for (int c = 0; c < n; ++c) x(continuous[static_cast<std::size_t>(c)], c) = 1;
+        put(part, x);
+        add_inputs(part, n);
+        const auto runs = [this](int node) { return rate(node).is_continuous; };
+        part.outputs(runs);
+        part.derivatives(runs);
+        const Matrix next = advanced(part);
+        for (int c = 0; c < n; ++c)
+            Ac.row(c) =
+                next.row(kept_[static_cast<std::size_t>(continuous[static_cast<std::size_t>(c)])]).head(n);
+        before_.clear();
+        return Ac;
+    }
+
+    // ---- what else is said
+
+    void describe(Differential& whole) {
+        const auto value = [this](const Node::End& end, int e) {
+            return read_value(context_.data(end.node, end.slot), slot(end).type, e);
+        };
+        const auto say = [&](const std::vector<Channel>& channels, std::vector<std::string>& names,
+                             Vector& values, std::vector<std::string>* units) {
+            values.resize(size(channels));
+            int i = 0;
+            for (const auto& channel : channels)
+                for (const int e : channel.elements) {
+                    names.push_back(name(channel, e));
+                    if (units) units->push_back(std::string(slot(channel.end).unit.text));
+                    values[i++] = value(channel.end, e);
+                }
+        };
+        say(from_, system_.inputs, system_.u, &system_.input_units);
+        say(to_, system_.outputs, system_.y, &system_.output_units);
+        std::vector<std::string> names;
+        Vector x;
+        say(states_, names, x, nullptr);
+        system_.x = x(kept_);
+        for (const int i : kept_) system_.states.push_back(names[static_cast<std::size_t>(i)]);
+        for (const int node : whole.differenced())
+            if (on_path_.contains(node)) system_.differenced.push_back(path(node));
+        for (const int node : context_.outside())
+            system_.held.push_back(path(node) + ": its state lives outside of the diagram");
+        for (std::size_t c = 1; c < d_.conditions.size(); ++c)
+            if (!whole.is_active(static_cast<int>(c)))
+                system_.held.push_back(d_.conditions[c].path + (d_.conditions[c].trigger.node >= 0
+                                                                    ? ": it runs when it is triggered"
+                                                                    : ": it is disabled"));
+        find_kinks();
+    }
+
+    /// Zero-crossing functions tell where blocks jump or have a corner.
+    void find_kinks() {
+        for (const int node : on_path_) {
+            const Frame& frame = context_.frame(node);
+            for (int i = 0; i < context_.activities(node, Phase::guards); ++i)
+                if (!context_.task(node, Phase::guards, i)()) return;
+            bool is_kink = false;
+            for (int s = 0; s < static_cast<int>(slots(node).size()); ++s) {
+                const Slot& its = slot({node, s});
+                if (its.role != Role::guard || its.type != Type::float64) continue;
+                for (int e = 0; e < its.size.count(); ++e)
+                    is_kink |= read_value(frame.now[s], its.type, e) == 0;
+            }
+            if (is_kink) system_.kinks.push_back(path(node));
+        }
+    }
+
+    Simulation& run_;
+    const Diagram& d_;
+    Context& context_;
+    const LinearizeOptions& options_;
+    const SignalFinder finder_;
+    std::vector<Channel> from_, to_, open_, states_;
+    std::map<std::pair<int, int>, Rows> before_; ///< of changed signals, as they were computed
+    std::vector<int> kept_;                      ///< elements of all states that the result has
+    std::set<int> on_path_;                      ///< nodes
+    std::set<int> sampled_;                      ///< rates
+    bool has_continuous_ = false, has_memory_ = false;
+    LinearSystem system_;
+};
+
+/// Does something where the outputs of a step are there and its states have not moved on.
+class Look final : public Run::Observer {
+  public:
+    explicit Look(std::function<void()> look) : look_(std::move(look)) {}
+    void observe(const Run& run) noexcept override {
+        if (is_done_ || run.shows_event()) return;
+        is_done_ = true;
+        try {
+            look_();
+        } catch (...) {
+            error_ = std::current_exception();
+        }
+    }
+    void rethrow() const {
+        if (error_) std::rethrow_exception(error_);
+    }
+
+  private:
+    std::function<void()> look_;
+    bool is_done_ = false;
+    std::exception_ptr error_;
+};
+
+} // namespace
+
+LinearSystem linearize(Simulation& run, const LinearizeOptions& options) {
+    LinearSystem system;
+    Look look([&] {
+        // Differences write over what outputs and states were.
+        std::vector<std::byte> saved(run.context().snapshot_size());
+        run.context().save(saved.data());
+        system = Linearization(run, options)();
+        run.context().restore(saved.data());
+    });
+    run.add_observer(look);
+    const Status status = run.step();
+    run.remove_observer(look);
+    look.rethrow();
+    if (!status) throw RunError(run.failure());
+    return system;
+}
+
+LinearSystem linearize(const Diagram& diagram, const LinearizeOptions& options, double time,
+                       const std::vector<std::byte>& snapshot) {
+    Simulation run(diagram);
+    run.start();
+    if (!snapshot.empty()) run.restore(snapshot);
+    if (!run.run_until(time)) throw RunError(run.failure());
+    return linearize(run, options);
+}
+
+} // namespace bf::analysis

@@ -1,0 +1,329 @@
+#include "bf/analysis/linearize.hpp"
+
+#include "../../engine/test/support.hpp"
+
+#include <gtest/gtest.h>
+
+namespace bf::analysis::test {
+
+using bf::test::Session;
+
+namespace {
+
+LinearSystem linear(const std::string& text, const LinearizeOptions& options = {}, double time = 0) {
+    const Session session(text);
+    return linearize(session.diagram, options, time);
+}
+
+std::string refusal(const std::string& text, const LinearizeOptions& options = {}, double time = 0) {
+    try {
+        linear(text, options, time);
+    } catch (const RunError& error) {
+        return error.what();
+    }
+    return "";
+}
+
+Matrix matrix(std::initializer_list<std::initializer_list<double>> rows) {
+    Matrix m(static_cast<Eigen::Index>(rows.size()), static_cast<Eigen::Index>(rows.begin()->size()));
+    Eigen::Index i = 0;
+    for (const auto& row : rows) {
+        Eigen::Index j = 0;
+        for (const double x : row) m(i, j++) = x;
+        ++i;
+    }
+    return m;
+}
+
+void expect_near(const Matrix& a, const Matrix& b, double tolerance = 1e-14) {
+    ASSERT_EQ(a.rows(), b.rows());
+    ASSERT_EQ(a.cols(), b.cols());
+    EXPECT_LT((a - b).cwiseAbs().maxCoeff(), tolerance) << a << "\n\n" << b;
+}
+
+/// m x'' = u - k x - d x'.
+const std::string oscillator = R"m(
+model: oscillator
+step: 0.01
+solver: rk4
+inputs: [u]
+outputs: [x]
+blocks:
+  force: {block: Sum, signs: +--}
+  acceleration: {block: Gain, K: 1/2}
+  velocity: {block: Integrator}
+  position: {block: Integrator, initial: 1}
+  spring: {block: Gain, K: 40}
+  damper: {block: Gain, K: 3}
+connections:
+  u: force.u1
+  force: acceleration
+  acceleration: velocity
+  velocity: [position, damper]
+  position: [spring, x]
+  spring: force.u2
+  damper: force.u3
+)m";
+
+/// A cart with an inverted pole: masses 1 and 0.2, length 0.5, force u.
+const std::string cart_pole = R"m(
+model: cart_pole
+step: 0.001
+solver: rk4
+inputs: [u]
+outputs: [angle, position]
+blocks:
+  cart:
+    block: Fcn
+    expression: (u1 + 0.2*sin(u2)*(0.5*u3^2 - 9.81*cos(u2))) / (1 + 0.2*sin(u2)^2)
+  pole:
+    block: Fcn
+    expression: (u1*cos(u2) + 0.1*u3^2*cos(u2)*sin(u2) - 1.2*9.81*sin(u2)) / (-0.5*(1 + 0.2*sin(u2)^2))
+  v: {block: Integrator}
+  p: {block: Integrator}
+  w: {block: Integrator}
+  q: {block: Integrator}
+connections:
+  u: [cart.u1, pole.u1]
+  q: [cart.u2, pole.u2, angle]
+  w: [cart.u3, pole.u3, q]
+  cart: v
+  v: p
+  p: position
+  pole: w
+)m";
+
+} // namespace
+
+TEST(Linearize, FindsTheMatricesOfAMassOnASpringByName) {
+    const auto system = linear(oscillator);
+    EXPECT_EQ(system.states, (std::vector<std::string>{"velocity.x", "position.x"}));
+    EXPECT_EQ(system.inputs, std::vector<std::string>{"u"});
+    EXPECT_EQ(system.outputs, std::vector<std::string>{"position.y"});
+    expect_near(system.A, matrix({{-1.5, -20}, {1, 0}}));
+    expect_near(system.B, matrix({{0.5}, {0}}));
+    expect_near(system.C, matrix({{0, 1}}));
+    expect_near(system.D, matrix({{0}}));
+    EXPECT_EQ(system.period, 0);
+    EXPECT_EQ(system.x[1], 1);
+    EXPECT_TRUE(system.differenced.empty());
+}
+
+TEST(Linearize, AddsInputsAnywhereAndLooksAtStates) {
+    // From a disturbance of the velocity's derivative to the state itself.
+    const auto system = linear(oscillator, {.from = {"acceleration"}, .to = {"velocity.x", "spring"}});
+    expect_near(system.B, matrix({{1}, {0}}));
+    expect_near(system.C, matrix({{1, 0}, {0, 40}}));
+}
+
+TEST(Linearize, CutsALoopAndGivesItsOpenLoopTransferFunction) {
+    const auto cut = linear(oscillator, {.from = {"spring"}, .to = {"spring"}, .open = {"spring"}});
+    expect_near(cut.A, matrix({{-1.5, 0}, {1, 0}}));
+    expect_near(cut.B, matrix({{-0.5}, {0}}));
+    expect_near(cut.C, matrix({{0, 40}}));
+    expect_near(cut.D, matrix({{0}}));
+    // Without a cut the input is added, and what is looked at includes it: the sensitivity function.
+    const auto added = linear(oscillator, {.from = {"spring"}, .to = {"spring"}});
+    expect_near(added.A, matrix({{-1.5, -20}, {1, 0}}));
+    expect_near(added.D, matrix({{1}}));
+}
+
+TEST(Linearize, OfACartPoleEqualsItsClosedForm) {
+    const auto system = linear(cart_pole);
+    ASSERT_EQ(system.states, (std::vector<std::string>{"v.x", "p.x", "w.x", "q.x"}));
+    const double g = 9.81;
+    expect_near(system.A, matrix({{0, 0, 0, -0.2 * g}, {1, 0, 0, 0}, {0, 0, 0, 1.2 * g / 0.5}, {0, 0, 1, 0}}),
+                1e-13);
+    expect_near(system.B, matrix({{1}, {0}, {-1 / 0.5}, {0}}), 1e-13);
+    // Away from the upright pose, as the tangent of two runs that begin beside one another.
+    const auto text = cart_pole;
+    auto moved = text;
+    moved.replace(moved.find("q: {block: Integrator}"), 22, "q: {block: Integrator, initial: 0.4}");
+    moved.replace(moved.find("w: {block: Integrator}"), 22, "w: {block: Integrator, initial: -1.1}");
+    const auto exact = linear(moved), differenced = linear(moved, {.by_differences = true});
+    expect_near(exact.A, differenced.A, 1e-8);
+    expect_near(exact.B, differenced.B, 1e-8);
+    EXPECT_EQ(differenced.differenced.size(), 2 + 4u);
+}
+
+TEST(Linearize, OfDelaysIsShifts) {
+    const auto system = linear(R"m(
+model: m
+step: 0.1
+inputs: [u]
+outputs: [y]
+blocks:
+  a: {block: UnitDelay}
+  b: {block: UnitDelay}
+  k: {block: Gain, K: 3}
+connections: {u: a, a: b, b: k, k: y}
+)m");
+    expect_near(system.A, matrix({{0, 0}, {1, 0}}));
+    expect_near(system.B, matrix({{1}, {0}}));
+    expect_near(system.C, matrix({{0, 3}}));
+    EXPECT_EQ(system.period, 0.1);
+}
+
+TEST(Linearize, LeavesOutStatesThatNoInputReachesOrNoOutputSees) {
+    const std::string text = R"m(
+model: m
+step: 0.1
+inputs: [u]
+outputs: [y]
+blocks:
+  plant: {block: Integrator}
+  alone: {block: Integrator, initial: 1}
+  loss: {block: Gain, K: -1}
+  unseen: {block: Integrator}
+  end: {block: Terminator}
+connections: {u: plant, plant: [y, unseen], unseen: end, alone: loss, loss: alone}
+)m";
+    EXPECT_EQ(linear(text).states, std::vector<std::string>{"plant.x"});
+    EXPECT_EQ(linear(text, {.all_states = true}).states,
+              (std::vector<std::string>{"plant.x", "alone.x", "unseen.x"}));
+}
+
+TEST(Linearize, SolvesAlgebraicLoopsByTheImplicitFunctionTheorem) {
+    // y = u - y^3 - 2 y at u = 4 is y = 1; dy/du = 1 / (1 + 3 y² + 2).
+    const auto system = linear(R"m(
+model: m
+step: 0.1
+algebraic_loops: solve
+inputs: [u]
+outputs: [y]
+blocks:
+  four: {block: Constant, value: 4}
+  sum: {block: Sum, signs: ++-}
+  f: {block: Fcn, expression: u^3 + 2*u}
+connections: {u: sum.u1, four: sum.u2, f: sum.u3, sum: [f, y]}
+)m");
+    expect_near(system.D, matrix({{1.0 / 6}}), 1e-8);
+    EXPECT_NEAR(system.y[0], 1, 1e-9);
+}
+
+/// A sampled controller at two rates around a continuous plant.
+const std::string sampled = R"m(
+model: m
+step: 0.01
+solver: rk4
+inputs: [r]
+outputs: [y]
+blocks:
+  error: {block: Sum, signs: +-}
+  hold: {block: ZeroOrderHold, period: 0.02}
+  integral: {block: DiscreteIntegrator, gain: 2}
+  slow: {block: ZeroOrderHold, period: 0.06}
+  gain: {block: Gain, K: 0.7}
+  control: {block: Sum}
+  plant: {block: StateSpace, A: "[0 1; -3 -0.5]", B: "[0; 1]", C: "[1 0]", D: 0}
+connections:
+  r: error.u1
+  plant: [error.u2, y]
+  error: hold
+  hold: [integral, slow]
+  slow: gain
+  gain: control.u1
+  integral: control.u2
+  control: plant
+)m";
+
+TEST(Linearize, MapsACommonPeriodAsRunsOfTheLinearModelDo) {
+    const auto system = linear(sampled);
+    ASSERT_EQ(system.period, 0.06);
+    const int n = static_cast<int>(system.states.size());
+    // The model is linear: a run from each state, and with each input held, is a column.
+    for (int i = 0; i <= n; ++i) {
+        Session session(sampled);
+        auto& run = *session.simulation;
+        const auto at = [&](int k) -> double& {
+            const auto& name = system.states[static_cast<std::size_t>(k)];
+            for (int node = 0; node < static_cast<int>(session.diagram.nodes.size()); ++node)
+                for (int s = 0; s < static_cast<int>(session.diagram.nodes[static_cast<std::size_t>(node)]
+                                                         .block->resolution()
+                                                         .slots.size());
+                     ++s) {
+                    const auto path = session.diagram.end_path({node, s});
+                    const auto& slot = session.diagram.slot({node, s});
+                    for (int e = 0; is_state(slot.role) && e < slot.size.count(); ++e)
+                        if (name == path || name == path + session.diagram.element_text({node, s}, e))
+                            return static_cast<double*>(run.context().data(node, s))[e];
+                }
+            throw std::runtime_error("no state " + name);
+        };
+        if (i < n)
+            at(i) = 1;
+        else
+            *reinterpret_cast<double*>(run.inputs().front().data) = 1;
+        ASSERT_TRUE(run.step());
+        EXPECT_NEAR(session("plant"), i < n ? system.C(0, i) : system.D(0, 0), 1e-12);
+        for (int k = 1; k < 6; ++k) ASSERT_TRUE(run.step());
+        for (int k = 0; k < n; ++k)
+            EXPECT_NEAR(at(k), i < n ? system.A(k, i) : system.B(k, 0), 1e-9)
+                << system.states[static_cast<std::size_t>(k)];
+    }
+}
+
+TEST(Linearize, OfTheContinuousPartBetweenSampledSignalsIsContinuous) {
+    const auto system = linear(sampled, {.from = {"control"}, .open = {"control"}});
+    EXPECT_EQ(system.period, 0);
+    expect_near(system.A, matrix({{0, 1}, {-3, -0.5}}));
+}
+
+TEST(Linearize, SaysWhichSideOfAKinkItTook) {
+    const std::string text = R"m(
+model: m
+step: 0.1
+inputs: [u]
+outputs: [y]
+blocks:
+  limit: {block: Saturate, lower: 0, upper: 1}
+connections: {u: limit, limit: y}
+)m";
+    const auto system = linear(text);
+    EXPECT_EQ(system.kinks, std::vector<std::string>{"limit"});
+    expect_near(system.D, matrix({{1}}));
+}
+
+TEST(Linearize, GoesOnFromARunAndLeavesItWhereItWas) {
+    Session a(oscillator), b(oscillator);
+    for (int k = 0; k < 50; ++k) ASSERT_TRUE(a.simulation->step() && b.simulation->step());
+    const auto before = a.simulation->snapshot();
+    linearize(*a.simulation, {});
+    a.simulation->restore(before);
+    for (int k = 0; k < 50; ++k) ASSERT_TRUE(a.simulation->step() && b.simulation->step());
+    EXPECT_EQ(a.simulation->snapshot(), b.simulation->snapshot());
+}
+
+TEST(Linearize, RefusesWhatItCannotWithItsPlaceAndRemedy) {
+    EXPECT_EQ(refusal(oscillator, {.to = {"positoin"}}),
+              "the model has no signal or state 'positoin'; did you mean 'position'?");
+    EXPECT_EQ(refusal(oscillator, {.from = {"u[2]"}}), "'u' has a single element, and not [2]");
+    EXPECT_EQ(refusal("model: m\nstep: 1\nblocks:\n  a: {block: Constant, value: 1}\n"),
+              "the model has no input at its root that is a real number; name signals with --from");
+    EXPECT_EQ(refusal(R"m(
+model: m
+step: 0.1
+inputs: [u]
+outputs: [y]
+blocks:
+  root: {block: Sqrt}
+connections: {u: root, root: y}
+)m"),
+              "root: its derivative is not finite at this operating point (as that of a root at 0); choose "
+              "another one");
+    EXPECT_EQ(refusal(R"m(
+model: m
+step: 0.1
+inputs: [u]
+outputs: [y]
+blocks:
+  past: {block: TransportDelay, delay: 0.3}
+connections: {u: past, past: y}
+)m",
+                      {}, 1),
+              "past: its state 'count' changes in this step, and with it the linear system; choose another "
+              "time (--at), "
+              "or a block that does without, as a Delay instead of a ring of samples");
+}
+
+} // namespace bf::analysis::test

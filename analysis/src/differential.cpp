@@ -295,6 +295,17 @@ void Differential::activity(int node, Phase phase, int index) {
         this->rule(node, phase, *rule, *kernel);
     else
         by_differences(node, phase, index);
+    // One rule may change what another one wrote: each is differentiated at the values that it found.
+    const bool has_more =
+        d_.nodes[static_cast<std::size_t>(node)].block->declaration().rules(phase).size() > 1;
+    if (rule && has_more && !task(node, phase, index)()) fail(node, "it fails at this operating point");
+}
+
+const Task& Differential::task(int node, Phase phase, int index) {
+    const auto key = std::tuple(node, phase, index);
+    auto found = tasks_.find(key);
+    if (found == tasks_.end()) found = tasks_.emplace(key, context_.task(node, phase, index)).first;
+    return found->second;
 }
 
 /// Rows of what is written from rows of what is read. `differentiate` gives the derivative along a direction
@@ -378,12 +389,20 @@ void Differential::rule(int node, Phase phase, const Call& call, const NamedKern
             size = slots[slot].size;
             type = slots[slot].type;
         }
-        for (int e = 0; e < size.count(); ++e) operand.numbers.emplace_back(read_value(data, type, e));
+        const bool is_written = this->is_written(node, phase, reference);
+        // A workspace that a rule reads and writes is one memory.
+        auto* same = &operand;
+        for (std::size_t before = 0; is_written && before < k; ++before)
+            if (call.operands[before].slot == reference.slot &&
+                call.operands[before].source == reference.source && call.operands[before].is_written)
+                same = &operands[before];
+        if (same == &operand)
+            for (int e = 0; e < size.count(); ++e) operand.numbers.emplace_back(read_value(data, type, e));
         const bool is_listed = call.list_from >= 0 && static_cast<int>(k) >= call.list_from &&
                                static_cast<int>(k) < call.list_from + call.list_size;
-        (is_listed ? list : views).emplace_back(operand.numbers.data(), size.rows, size.cols);
+        (is_listed ? list : views).emplace_back(same->numbers.data(), size.rows, size.cols);
+        if (same != &operand) continue;
         const Node::End end{node, reference.slot};
-        const bool is_written = this->is_written(node, phase, reference);
         if (is_written) {
             const auto& its = places_[static_cast<std::size_t>(node)][slot];
             const int row = reference.source == Call::Source::next   ? its.next
@@ -430,10 +449,7 @@ void Differential::by_differences(int node, Phase phase, int index) {
         return;
     }
     differenced_.insert(node);
-    const auto key = std::tuple(node, phase, index);
-    auto found = tasks_.find(key);
-    if (found == tasks_.end()) found = tasks_.emplace(key, context_.task(node, phase, index)).first;
-    const Task& task = found->second;
+    const Task& task = this->task(node, phase, index);
     std::vector<std::vector<double>> values;
     std::vector<std::vector<std::byte>> results;
     for (const auto& part : from) {
@@ -444,22 +460,26 @@ void Differential::by_differences(int node, Phase phase, int index) {
         const auto* begin = static_cast<const std::byte*>(part.data);
         results.emplace_back(begin, begin + part.count * bytes(part.type));
     }
+    const auto restore = [&] { // what a rule reads and writes
+        for (std::size_t p = 0; p < to.size(); ++p)
+            std::memcpy(to[p].data, results[p].data(), results[p].size());
+    };
     const auto move = [&](const Vector& direction, double step) {
         int i = 0;
         for (std::size_t p = 0; p < from.size(); ++p)
             for (int e = 0; e < from[p].count; ++e, ++i)
-                if (direction[i] != 0)
-                    write_real(from[p].data, from[p].type, e,
-                               values[p][static_cast<std::size_t>(e)] + step * direction[i]);
+                write_real(from[p].data, from[p].type, e,
+                           values[p][static_cast<std::size_t>(e)] + step * direction[i]);
     };
     const auto evaluate = [&](const Vector& direction, double step, Vector& at) {
+        restore();
         move(direction, step);
         const Status status = task();
-        move(direction, 0);
         int i = 0;
-        for (const auto& part : to)
+        for (const auto& part : to) // some of which may be read, too
             for (int e = 0; e < part.count; ++e)
                 at[i++] = is_real(part.type) ? read_value(part.data, part.type, e) : 0;
+        move(direction, 0);
         return static_cast<bool>(status) && at.allFinite();
     };
     write(node, from, to, [&](const Vector& direction, Vector& slopes) {
@@ -488,7 +508,7 @@ void Differential::by_differences(int node, Phase phase, int index) {
                        "another "
                        "one");
     });
-    for (std::size_t p = 0; p < to.size(); ++p) std::memcpy(to[p].data, results[p].data(), results[p].size());
+    restore();
 }
 
 } // namespace bf::analysis

@@ -67,6 +67,7 @@ class Differential {
                const std::function<void(const Vector& direction, Vector& slopes)>& differentiate);
     std::vector<Part> reads(int node, Phase phase, int index) const;
     std::vector<Part> writes(int node, Phase phase, int index) const;
+    const Task& task(int node, Phase phase, int index);
     const Call* call(int node, Phase phase, int index) const;
     [[noreturn]] void fail(int node, const std::string& why) const;
 

@@ -284,6 +284,24 @@ connections: {u: limit, limit: y}
     expect_near(system.D, matrix({{1}}));
 }
 
+TEST(Linearize, SeesThatALimitedIntegratorStandsStill) {
+    // Where y is at its limit the rule that limits it has found more than that.
+    const std::string text = R"m(
+model: m
+step: 0.1
+inputs: [u]
+outputs: [y]
+blocks:
+  one: {block: Constant, value: 1}
+  sum: {block: Sum}
+  off: {block: Constant, value: 0}
+  integral: {block: DiscreteIntegrator, method: trapezoidal, reset: rising, upper: 2}
+connections: {u: sum.u1, one: sum.u2, sum: integral.u, off: integral.reset, integral: y}
+)m";
+    expect_near(linear(text, {}, 1).D, matrix({{0.05}}));
+    expect_near(linear(text, {}, 5).D, matrix({{0}}));
+}
+
 TEST(Linearize, GoesOnFromARunAndLeavesItWhereItWas) {
     Session a(oscillator), b(oscillator);
     for (int k = 0; k < 50; ++k) ASSERT_TRUE(a.simulation->step() && b.simulation->step());

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cctype>
+#include <cstring>
 #include <matio.h>
 #include <memory>
 #include <set>
@@ -106,26 +107,52 @@ std::string identifier(const std::string& name, std::set<std::string>& taken) {
     return result;
 }
 
+/// A MAT-file that is written variable by variable.
+class MatFile {
+  public:
+    explicit MatFile(const std::filesystem::path& path)
+        : path_(path),
+          file_(Mat_CreateVer(path.c_str(), "MATLAB 5.0 MAT-file, written by BlockFactory", MAT_FT_MAT5)) {
+        if (!file_) fail("the file cannot be created; check that the folder exists and may be written");
+    }
+    void write(const Variable& variable) {
+        written_ = written_ && Mat_VarWrite(file_.get(), variable.get(), MAT_COMPRESSION_NONE) == 0;
+    }
+    /// matio does not notice every failed write, hence the look at the size: at least so many bytes.
+    void close(std::uintmax_t bytes) {
+        written_ = Mat_Close(file_.release()) == 0 && written_;
+        std::error_code none;
+        const bool is_file = std::filesystem::is_regular_file(path_, none);
+        if (!written_ || !is_file || std::filesystem::file_size(path_, none) < bytes)
+            fail("the disk is full or gone; free space, or choose another disk");
+    }
+    [[noreturn]] void fail(const std::string& why) const { refuse(path_, why); }
+    [[noreturn]] static void refuse(const std::filesystem::path& path, const std::string& why) {
+        throw std::runtime_error("cannot write '" + path.string() + "': " + why);
+    }
+
+  private:
+    std::filesystem::path path_;
+    std::unique_ptr<mat_t, Free> file_;
+    bool written_ = true;
+};
+
 } // namespace
 
 void write_mat(const Recording& recording, const std::filesystem::path& path) {
-    const auto fail = [&](const std::string& why) {
-        throw std::runtime_error("cannot write '" + path.string() + "': " + why);
-    };
     std::uintmax_t bytes = 0;
     for (const Channel& channel : recording.channels) {
         // MAT-files of version 5 hold variables of up to 2 GB.
         const std::size_t size = channel.data.size() + 8 * channel.samples();
         if (size > 0x7FFF0000)
-            fail("the signal '" + channel.name + "' has " + std::to_string(size >> 20) +
-                 " MB and a MAT-file holds 2047 MB per variable; export to CSV or record at a lower rate");
+            MatFile::refuse(
+                path,
+                "the signal '" + channel.name + "' has " + std::to_string(size >> 20) +
+                    " MB and a MAT-file holds 2047 MB per variable; export to CSV or record at a lower rate");
         bytes += size;
     }
-    std::unique_ptr<mat_t, Free> file(
-        Mat_CreateVer(path.c_str(), "MATLAB 5.0 MAT-file, written by BlockFactory", MAT_FT_MAT5));
-    if (!file) fail("the file cannot be created; check that the folder exists and may be written");
+    MatFile file(path);
     std::set<std::string> taken;
-    bool written = true;
     for (const Channel& channel : recording.channels) {
         const std::vector<double> size = dimensions(channel.info);
         std::vector<Variable> signals, fields;
@@ -142,14 +169,21 @@ void write_mat(const Recording& recording, const std::filesystem::path& path) {
         fields.push_back(structure("signals", std::move(members), std::move(signals)));
         const Variable variable =
             structure(identifier(channel.name, taken).c_str(), {"time", "signals"}, std::move(fields));
-        written = written && Mat_VarWrite(file.get(), variable.get(), MAT_COMPRESSION_NONE) == 0;
+        file.write(variable);
     }
-    // matio does not notice every failed write, hence the look at the size.
-    written = Mat_Close(file.release()) == 0 && written;
-    std::error_code none;
-    const bool is_file = std::filesystem::is_regular_file(path, none);
-    if (!written || !is_file || std::filesystem::file_size(path, none) < bytes)
-        fail("the disk is full or gone; free space, or choose another disk");
+    file.close(bytes);
+}
+
+void write_mat(const std::vector<MatVariable>& variables, const std::filesystem::path& path) {
+    MatFile file(path);
+    std::uintmax_t bytes = 0;
+    for (const auto& [name, rows, cols, values, cells] : variables) {
+        Variable variable = cells.empty() ? numbers(rows, cols, values) : texts(cells);
+        variable->name = ::strdup(name.c_str()); // which its owner frees
+        file.write(variable);
+        bytes += values.size() * sizeof(double);
+    }
+    file.close(bytes);
 }
 
 } // namespace bf::recording

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <fstream>
 #include <limits>
+#include <optional>
 #include <stdexcept>
 
 namespace bf::recording {
@@ -233,11 +234,12 @@ class Script {
         for (const Panel& panel : figure.panels)
             for (const Curve& curve : panel.curves)
                 for (const double t : curve.time) time.add(t);
-        time_ = time.padded(0);
-        const double step = tick_step(time_, layout_.plot_width(), 60);
+        time_ = time.padded(figure.is_equal ? 0.06 : 0);
+        if (figure.is_equal) make_equal();
+        const double step = figure.is_logarithmic ? 10 : tick_step(time_, layout_.plot_width(), 60);
         // The last sample of a run to 20 s is a little before 20, which shall have its tick nevertheless.
         if (const double tick = step * std::ceil(time_.high / step);
-            tick - time_.high < 0.01 * (time_.high - time_.low))
+            !figure.is_logarithmic && tick - time_.high < 0.01 * (time_.high - time_.low))
             time_.high = tick;
 
         add("set encoding utf8");
@@ -251,6 +253,7 @@ class Script {
         add("set tics nomirror out scale 0.4 textcolor rgb '#404040'");
         add("set lmargin at ", layout_.x(layout_.left));
         add("set rmargin at ", layout_.x(layout_.left + layout_.plot_width()));
+        if (figure.is_logarithmic) add("set logscale x\nset mxtics 10");
         add("set xtics ", number(step));
         add("set xrange [", number(time_.low), ":", number(time_.high), "]");
         if (!figure.title.empty())
@@ -258,7 +261,8 @@ class Script {
                   letters_to_the_right(4.0 / 3));
         for (std::size_t p = 0; p < figure.panels.size(); ++p) {
             const bool last = p + 1 == figure.panels.size();
-            add(last ? "set format x '%h'\nset xlabel 'time (s)' textcolor rgb '#404040'"
+            add(last ? "set format x '%h'\nset xlabel " + escape::gnuplot(figure.x_label) +
+                           " textcolor rgb '#404040'"
                      : "set format x ''");
             panel(figure.panels[p], layout_.places[p]);
         }
@@ -290,8 +294,21 @@ class Script {
             " ", how, " textcolor rgb '#303030'");
     }
 
+    /// As many units in a pixel along one axis as along the other.
+    void make_equal() {
+        const auto& place = layout_.places.front();
+        values_ = place.axis.values;
+        const double across = (time_.high - time_.low) / layout_.plot_width(),
+                     up = (values_->high - values_->low) / place.height;
+        Range& narrow = across < up ? time_ : *values_;
+        const double room =
+            (narrow.high - narrow.low) * (std::max(across, up) / std::min(across, up) - 1) / 2;
+        narrow = {narrow.low - room, narrow.high + room};
+    }
+
     void panel(const Panel& panel, const Layout::Place& place) {
         const auto& [top, height, axis] = place;
+        const Range values = values_.value_or(axis.values);
         std::string plots;
         int counts[2] = {0, 0}, row = 0; // measured curves and references
         // References last, above the curves they belong to.
@@ -304,16 +321,16 @@ class Script {
                 const std::string block = "$d" + std::to_string(row++);
                 if (!data.drawable()) continue;
                 add(block, " << end_of_data\n", data.text(), "end_of_data");
-                plots += (plots.empty() ? "plot " : ", ") + block + " using 1:2 with " +
-                         (curve.steps ? "steps" : "lines") + style;
+                plots += (plots.empty() ? "plot " : ", ") + block + " using 1:2 with " + with(curve) + style;
             }
         std::string named;
         for (const auto& [value, name] : panel.names)
             named += (named.empty() ? "" : ", ") + escape::gnuplot(shortened(name, longest_name)) + " " +
                      number(value);
         add("set format y '%.", axis.digits, "h'");
-        add("set ytics ", named.empty() ? number(axis.step) : "(" + named + ")");
-        add("set yrange [", number(axis.values.low), ":", number(axis.values.high), "]");
+        add("set ytics ",
+            named.empty() ? number(values_ ? tick_step(values, height, 22) : axis.step) : "(" + named + ")");
+        add("set yrange [", number(values.low), ":", number(values.high), "]");
         add("set tmargin at ", layout_.y(top));
         add("set bmargin at ", layout_.y(top + height));
         label(panel.title, layout_.left, top - 11, "left" + font(1, ":Bold"), letters_to_the_right(1));
@@ -322,6 +339,12 @@ class Script {
         add(plots.empty() ? "plot NaN" : plots);
         add("unset label");
         add("unset arrow");
+    }
+
+    static std::string with(const Curve& curve) {
+        if (curve.mark != Curve::Mark::none)
+            return curve.mark == Curve::Mark::cross ? "points pt 2" : "points pt 6";
+        return curve.steps ? "steps" : "lines";
     }
 
     void legend(const std::string& name, const std::string& style, const Layout::Place& place, int row) {
@@ -336,6 +359,7 @@ class Script {
     const Layout& layout_;
     const bool png_;
     Range time_;
+    std::optional<Range> values_; ///< where the axes have the same scale
     std::string text_;
 };
 

@@ -25,6 +25,16 @@ std::vector<std::filesystem::path> write_csv(const Recording& recording, const s
 /// when it cannot be written.
 void write_mat(const Recording& recording, const std::filesystem::path& path);
 
+/// A matrix, column by column, or a cell array of texts.
+struct MatVariable {
+    std::string name; ///< as MATLAB takes it
+    std::size_t rows = 0, cols = 0;
+    std::vector<double> values;
+    std::vector<std::string> texts = {};
+};
+/// Writes them to a MAT-file (version 5). Throws std::runtime_error when it cannot be written.
+void write_mat(const std::vector<MatVariable>& variables, const std::filesystem::path& path);
+
 /// Where two recordings part.
 struct Difference {
     std::string channel;

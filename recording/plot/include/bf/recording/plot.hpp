@@ -16,6 +16,8 @@ struct Curve {
     bool reference = false; ///< dashed, in a darker shade of the curve it belongs to: the first reference of
                             ///< a panel to its first other curve, and so on
     bool steps = false;     ///< holds each value until the next: modes, flags, counters
+    enum class Mark { none, cross, circle };
+    Mark mark = Mark::none; ///< of each sample, instead of a line
 };
 
 struct Panel {
@@ -25,10 +27,13 @@ struct Panel {
     std::vector<std::pair<double, std::string>> names = {}; ///< of values, instead of numbers on the axis
 };
 
-/// Panels stacked above one time axis.
+/// Panels stacked above one axis, which is that of time where nothing else is said.
 struct Figure {
     std::string title;
     std::vector<Panel> panels;
+    std::string x_label = "time (s)";
+    bool is_logarithmic = false; ///< the common axis
+    bool is_equal = false;       ///< a circle in the only panel is a circle
 };
 
 /// Draws a figure to a .png or .svg file of `width` x `height` pixels; height 0 chooses one that gives each

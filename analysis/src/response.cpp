@@ -1,0 +1,312 @@
+#include "bf/analysis/response.hpp"
+
+#include "bf/run/run.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <unsupported/Eigen/MatrixFunctions>
+
+namespace bf::analysis {
+
+namespace {
+
+constexpr double pi = std::numbers::pi;
+constexpr double degrees = 180 / pi;
+
+void sort(std::vector<Complex>& numbers) {
+    std::sort(numbers.begin(), numbers.end(), [](const Complex& a, const Complex& b) {
+        return a.real() != b.real() ? a.real() < b.real() : a.imag() < b.imag();
+    });
+}
+
+std::vector<Complex> eigenvalues(const Matrix& A) {
+    if (A.rows() == 0) return {};
+    const Eigen::VectorXcd values = A.eigenvalues();
+    return {values.data(), values.data() + values.size()};
+}
+
+/// Where f changes its sign between a and b.
+template <class F> double crossing(F&& f, double a, double b) {
+    const bool is_positive = f(a) > 0;
+    for (int i = 0; i < 60; ++i) {
+        const double middle = std::sqrt(a * b);
+        ((f(middle) > 0) == is_positive ? a : b) = middle;
+    }
+    return std::sqrt(a * b);
+}
+
+double decibels(const Complex& value) { return 20 * std::log10(std::abs(value)); }
+
+/// The same system with one input and one output.
+LinearSystem single(const LinearSystem& system, int output, int input) {
+    LinearSystem one;
+    one.A = system.A;
+    one.B = system.B.col(input);
+    one.C = system.C.row(output);
+    one.D = system.D.block(output, input, 1, 1);
+    one.period = system.period;
+    one.states = system.states;
+    one.inputs = {system.inputs.empty() ? "" : system.inputs[static_cast<std::size_t>(input)]};
+    one.outputs = {system.outputs.empty() ? "" : system.outputs[static_cast<std::size_t>(output)]};
+    return one;
+}
+
+} // namespace
+
+std::vector<Complex> poles(const LinearSystem& system) {
+    auto all = eigenvalues(system.A);
+    sort(all);
+    return all;
+}
+
+std::vector<Complex> zeros(const LinearSystem& system, int output, int input) {
+    const auto n = system.A.rows();
+    Matrix a = Matrix::Zero(n + 1, n + 1), b = Matrix::Zero(n + 1, n + 1);
+    a.topLeftCorner(n, n) = system.A;
+    a.topRightCorner(n, 1) = system.B.col(input);
+    a.bottomLeftCorner(1, n) = system.C.row(output);
+    a(n, n) = system.D(output, input);
+    b.topLeftCorner(n, n).setIdentity();
+    const Eigen::GeneralizedEigenSolver<Matrix> solver(a, b, false);
+    std::vector<Complex> all;
+    const double scale = 1 + system.A.norm();
+    for (Eigen::Index i = 0; i <= n; ++i) {
+        const Complex value = solver.alphas()[i] / solver.betas()[i];
+        // What is infinite but for rounding is none: a zero of order m is known to a relative error ε^(1/m).
+        if (std::isfinite(value.real()) && std::isfinite(value.imag()) && std::abs(value) < 1e5 * scale)
+            all.push_back(value);
+    }
+    sort(all);
+    return all;
+}
+
+bool is_stable(const LinearSystem& system) {
+    const auto all = poles(system);
+    return std::all_of(all.begin(), all.end(),
+                       [&](const Complex& p) { return system.period > 0 ? std::abs(p) < 1 : p.real() < 0; });
+}
+
+Complex frequency_response(const LinearSystem& system, int output, int input, double omega) {
+    const Complex s = system.period > 0 ? std::polar(1.0, omega * system.period) : Complex(0, omega);
+    const auto n = system.A.rows();
+    if (n == 0) return system.D(output, input);
+    Eigen::MatrixXcd pencil = -system.A.cast<Complex>();
+    pencil.diagonal().array() += s;
+    const Eigen::VectorXcd x = pencil.partialPivLu().solve(system.B.col(input).cast<Complex>());
+    return (system.C.row(output).cast<Complex>() * x)(0) + system.D(output, input);
+}
+
+std::vector<double> frequencies(const LinearSystem& system, int output, int input, int count) {
+    double low = std::numeric_limits<double>::infinity(), high = 0;
+    const auto see = [&](const Complex& root) {
+        const Complex s = system.period > 0 ? std::log(root) / system.period : root;
+        const double size = std::abs(s);
+        if (!std::isfinite(size) || size < 1e-8) return;
+        low = std::min(low, size);
+        high = std::max(high, size);
+    };
+    for (const auto& p : poles(system)) see(p);
+    for (const auto& z : zeros(system, output, input)) see(z);
+    if (high == 0) low = high = system.period > 0 ? 0.1 / system.period : 1;
+    low = std::pow(10, std::floor(std::log10(low) - 1));
+    high = std::pow(10, std::ceil(std::log10(high) + 1));
+    if (system.period > 0) {
+        high = pi / system.period;
+        low = std::min(low, high / 1000);
+    }
+    low = std::max(low, high * 1e-8);
+    std::vector<double> all;
+    for (int i = 0; i < count; ++i)
+        all.push_back(low * std::pow(high / low, static_cast<double>(i) / (count - 1)));
+    return all;
+}
+
+Response response(const LinearSystem& system, int output, int input, const std::vector<double>& omega) {
+    Response all;
+    double turns = 0;
+    for (const double w : omega) {
+        const Complex value = frequency_response(system, output, input, w);
+        double phase = std::arg(value) * degrees;
+        // A response that begins on the negative real axis begins at -180 degrees, as a double integrator
+        // does.
+        if (all.phase.empty() && phase > 179.999999) phase -= 360;
+        if (!all.phase.empty()) turns = std::round((all.phase.back() - phase) / 360);
+        all.omega.push_back(w);
+        all.value.push_back(value);
+        all.magnitude.push_back(decibels(value));
+        all.phase.push_back(phase + 360 * turns);
+    }
+    return all;
+}
+
+LinearSystem negative(LinearSystem system) {
+    system.C = -system.C;
+    system.D = -system.D;
+    return system;
+}
+
+LinearSystem closed(const LinearSystem& loop, int output, int input) {
+    LinearSystem one = single(loop, output, input);
+    const double gain = 1 / (1 + one.D(0, 0));
+    if (!std::isfinite(gain))
+        throw RunError("the loop through '" + one.outputs.front() +
+                       "' has a gain of -1 without delay: closed it is no "
+                       "system");
+    one.A = (one.A - gain * one.B * one.C).eval();
+    one.B *= gain;
+    one.C *= gain;
+    one.D *= gain;
+    return one;
+}
+
+Margins margins(const LinearSystem& loop, int output, int input) {
+    Margins found;
+    const auto L = [&](double w) { return frequency_response(loop, output, input, w); };
+    const auto grid = frequencies(loop, output, input, 4000);
+    const auto unit = [&](double w) { return std::abs(L(w)) - 1; };
+    const auto real = [&](double w) { return L(w).imag(); };
+    Complex before = L(grid.front());
+    const auto see_gain = [&](double w) {
+        const double k = -1 / L(w).real();
+        if (!(k > 0)) return;
+        if (k > 1 && k < found.gain) {
+            found.gain = k;
+            found.phase_crossover = w;
+        } else if (k < 1) {
+            found.gain_reduction = std::max(found.gain_reduction, k);
+        }
+    };
+    for (std::size_t i = 1; i < grid.size(); ++i) {
+        const Complex now = L(grid[i]);
+        if ((std::abs(before) > 1) != (std::abs(now) > 1)) {
+            const double w = crossing(unit, grid[i - 1], grid[i]);
+            double angle = std::arg(-L(w)) * degrees; // from -1
+            const double lag = angle < 0 ? angle + 360 : angle;
+            found.delay = std::min(found.delay, lag / degrees / w);
+            if (std::abs(angle) < found.phase) {
+                found.phase = std::abs(angle);
+                found.gain_crossover = w;
+            }
+        }
+        if ((before.imag() > 0) != (now.imag() > 0) && before.real() < 0 && now.real() < 0)
+            see_gain(crossing(real, grid[i - 1], grid[i]));
+        found.modulus = std::min(found.modulus, std::abs(1.0 + now));
+        before = now;
+    }
+    if (loop.period > 0 && L(pi / loop.period).real() < 0) see_gain(pi / loop.period);
+    const auto T = closed(loop, output, input);
+    found.is_stable = is_stable(T);
+    const double dc = std::abs(frequency_response(T, 0, 0, 0));
+    if (std::isfinite(dc)) {
+        const double limit = dc / std::sqrt(2.0);
+        const auto above = [&](double w) { return std::abs(frequency_response(T, 0, 0, w)) - limit; };
+        const auto its = frequencies(T, 0, 0, 4000);
+        for (std::size_t i = 1; i < its.size(); ++i)
+            if (above(its[i - 1]) > 0 && above(its[i]) <= 0) {
+                found.bandwidth = crossing(above, its[i - 1], its[i]);
+                break;
+            }
+    }
+    return found;
+}
+
+RootLocus root_locus(const LinearSystem& loop, int output, int input, std::vector<double> gains) {
+    if (gains.empty()) {
+        // From almost open to where the branches have gone far along their asymptotes.
+        gains.push_back(0);
+        for (int i = 0; i <= 400; ++i) gains.push_back(std::pow(10, -3 + 6.0 * i / 400));
+    }
+    RootLocus locus{std::move(gains), {}};
+    const LinearSystem one = single(loop, output, input);
+    for (const double k : locus.gains) {
+        const double gain = k / (1 + k * one.D(0, 0));
+        auto roots = eigenvalues(one.A - gain * one.B * one.C);
+        if (locus.roots.empty())
+            sort(roots);
+        else {
+            // Each branch goes on with the nearest root that is left.
+            std::vector<Complex> ordered;
+            for (const auto& last : locus.roots.back()) {
+                const auto nearest =
+                    std::min_element(roots.begin(), roots.end(), [&](const auto& a, const auto& b) {
+                        return std::abs(a - last) < std::abs(b - last);
+                    });
+                ordered.push_back(*nearest);
+                roots.erase(nearest);
+            }
+            roots = std::move(ordered);
+        }
+        locus.roots.push_back(std::move(roots));
+    }
+    return locus;
+}
+
+StepResponse step_response(const LinearSystem& system, int output, int input, double duration) {
+    const LinearSystem one = single(system, output, input);
+    StepResponse found;
+    constexpr int samples = 1000;
+    const auto all = poles(one);
+    if (duration <= 0) {
+        double slowest = 0; // time constant, of fading or growth
+        for (const auto& p : all) {
+            const double rate = std::abs(one.period > 0 ? std::log(std::abs(p)) / one.period : p.real());
+            if (rate > 1e-9 && std::isfinite(rate)) slowest = std::max(slowest, 1 / rate);
+        }
+        if (slowest == 0) slowest = one.period > 0 ? 10 * one.period : 1;
+        duration = 8 * slowest;
+    }
+    const auto n = one.A.rows();
+    double step = one.period;
+    Matrix A = one.A, B = one.B;
+    if (one.period == 0) {
+        step = duration / samples;
+        Matrix block = Matrix::Zero(n + 1, n + 1);
+        block.topLeftCorner(n, n) = one.A * step;
+        block.topRightCorner(n, 1) = one.B * step;
+        const Matrix flow = block.exp();
+        A = flow.topLeftCorner(n, n);
+        B = flow.topRightCorner(n, 1);
+    }
+    Vector x = Vector::Zero(n);
+    const int count = std::min(static_cast<int>(std::ceil(duration / step)), 100 * samples);
+    for (int k = 0; k <= count; ++k) {
+        found.time.push_back(k * step);
+        found.value.push_back((n > 0 ? (one.C * x)(0) : 0) + one.D(0, 0));
+        if (n > 0) x = A * x + B;
+    }
+    found.final =
+        is_stable(one) ? frequency_response(one, 0, 0, 0).real() : std::numeric_limits<double>::quiet_NaN();
+    const double sign = found.final < 0 ? -1 : 1;
+    std::size_t top = 0;
+    for (std::size_t i = 0; i < found.value.size(); ++i)
+        if (sign * found.value[i] > sign * found.value[top]) top = i;
+    found.peak = found.value[top];
+    found.peak_time = found.time[top];
+    found.overshoot = std::isnan(found.final) || found.final == 0
+                          ? std::numeric_limits<double>::quiet_NaN()
+                          : std::max(0.0, 100 * (found.peak - found.final) / found.final);
+    const auto reaches = [&](double share) {
+        for (std::size_t i = 0; i < found.value.size(); ++i)
+            if (found.value[i] / found.final >= share) {
+                if (i == 0 || one.period > 0) return found.time[i];
+                const double a = found.value[i - 1] / found.final, b = found.value[i] / found.final;
+                return found.time[i - 1] + (share - a) / (b - a) * step;
+            }
+        return std::numeric_limits<double>::quiet_NaN();
+    };
+    found.rise_time = reaches(0.9) - reaches(0.1);
+    found.settling_time = std::numeric_limits<double>::quiet_NaN();
+    for (std::size_t i = found.value.size(); i-- > 0;)
+        if (!(std::abs(found.value[i] / found.final - 1) <= 0.02)) {
+            if (i + 1 < found.time.size()) found.settling_time = found.time[i + 1];
+            break;
+        } else if (i == 0) {
+            found.settling_time = 0;
+        }
+    return found;
+}
+
+} // namespace bf::analysis

@@ -1,0 +1,75 @@
+// The exact derivatives of every standard block, beside central differences of it.
+#include "bf/analysis/linearize.hpp"
+
+#include "../../codegen/test/cases.hpp"
+
+#include <gtest/gtest.h>
+#include <optional>
+#include <random>
+#include <set>
+
+namespace bf::analysis::test {
+
+TEST(Derivatives, OfEveryStandardBlockAreThoseOfCentralDifferences) {
+    std::mt19937 random(1);
+    std::uniform_real_distribution<double> number(0.1, 0.9);
+    int compared = 0;
+    std::set<std::string> exact;
+    for (const auto& [elaborated, steps, unused] : codegen::test::block_cases()) {
+        const Diagram& d = elaborated.diagram;
+        LinearizeOptions options{.all_states = true};
+        for (const auto& input : d.inputs)
+            if (d.slot(input.end).type == Type::float64) options.from.push_back(input.path);
+        for (const auto& node : d.nodes)
+            for (const auto& slot : node.block->resolution().slots)
+                if (slot.role == Role::output && slot.type == Type::float64 && slot.size.count() > 0 &&
+                    !node.block->declaration().traits.is_root_input)
+                    options.to.push_back(node.path + "." + slot.name);
+        if (options.from.empty() || options.to.empty()) continue;
+        // Its states are whole numbers, though of real type.
+        if (std::any_of(d.nodes.begin(), d.nodes.end(),
+                        [](const auto& node) { return node.type == "StateMachine"; }))
+            continue;
+        const auto found = [&](bool by_differences) -> std::optional<LinearSystem> {
+            random.seed(7);
+            Simulation run(d);
+            run.start();
+            options.by_differences = by_differences;
+            try {
+                for (int k = 0; k < 4; ++k) {
+                    for (const auto& input : run.inputs())
+                        for (std::size_t i = 0; i < input.info.elements(); ++i)
+                            write_values(input.data + i * static_cast<std::size_t>(bytes(input.type)),
+                                         input.type, 1, {number(random)});
+                    if (k < 3 && !run.step()) return {};
+                }
+                return linearize(run, options);
+            } catch (const RunError&) {
+                return {};
+            }
+        };
+        const auto a = found(false), b = found(true);
+        if (!a || !b || a->A.rows() != b->A.rows()) continue;
+        const auto expect_near = [&](const Matrix& x, const Matrix& y, const char* which) {
+            if (x.size() == 0) return;
+            const double scale = 1 + y.cwiseAbs().maxCoeff();
+            // Single precision is differenced roughly, and so is what is nearly singular.
+            EXPECT_LT((x - y).cwiseAbs().maxCoeff(), (scale > 1e5 ? 1 : 1e-5) * scale)
+                << d.nodes.front().type << " of " << d.name << ": " << which << "\n"
+                << (x - y).cwiseAbs().maxCoeff() / scale;
+        };
+        expect_near(a->A, b->A, "A");
+        expect_near(a->B, b->B, "B");
+        expect_near(a->C, b->C, "C");
+        expect_near(a->D, b->D, "D");
+        ++compared;
+        if (a->differenced.empty())
+            for (const auto& node : d.nodes) exact.insert(node.type);
+    }
+    EXPECT_GT(compared, 150);
+    // Most blocks have exact ones; those that have not are named in the reference of linearize.
+    EXPECT_GT(exact.size(), 90u);
+    std::printf("compared %d, exact %zu\n", compared, exact.size());
+}
+
+} // namespace bf::analysis::test

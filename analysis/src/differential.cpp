@@ -290,7 +290,7 @@ void Differential::activity(int node, Phase phase, int index) {
                 if (const auto& its = place({node, static_cast<int>(s)});
                     its.first >= 0 && !is_zero(its.first, its.count))
                     flows_.emplace(sources[s].node, sources[s].slot, node);
-    const auto* kernel = rule && !by_differences_ ? find_kernel<Dual>(rule->kernel) : nullptr;
+    const auto* kernel = rule && !by_differences_ ? dual_kernel(rule->kernel) : nullptr;
     if (kernel)
         this->rule(node, phase, *rule, *kernel);
     else

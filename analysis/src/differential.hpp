@@ -3,7 +3,7 @@
 
 #include "bf/analysis/linear_system.hpp"
 #include "bf/engine/simulation.hpp"
-#include "dual.hpp"
+#include "dual_kernels.hpp"
 
 #include <functional>
 #include <map>

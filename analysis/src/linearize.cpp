@@ -23,6 +23,7 @@ namespace {
 struct Channel {
     Node::End end;
     std::vector<int> elements;
+    std::string name = {}; ///< as the signal was asked for
 };
 
 class Linearization {
@@ -122,6 +123,7 @@ class Linearization {
             throw RunError("'" + signal + "' is of type " + bf::name(slot(end).type) +
                            ", which does not change by little; choose a signal of real numbers");
         Channel channel = whole(end);
+        channel.name = signal;
         if (element.empty()) return channel;
         if (channel.elements.size() == 1) {
             if (element == "[1]") return channel;
@@ -130,7 +132,7 @@ class Linearization {
         std::string known;
         for (const int i : channel.elements) {
             const std::string number = "[" + std::to_string(i + 1) + "]", text = d_.element_text(end, i);
-            if (element == text || element == number) return {end, {i}};
+            if (element == text || element == number) return {end, {i}, signal};
             if (i < 6) known += (i ? ", " : "") + text;
         }
         throw RunError("'" + signal + "' has no element " + element + "; it has " +
@@ -145,7 +147,10 @@ class Linearization {
         for (const auto& name : names) found.push_back(find(name));
         if (names.empty())
             for (const auto& port : otherwise)
-                if (is_real(port.end)) found.push_back(whole(port.end));
+                if (is_real(port.end)) {
+                    found.push_back(whole(port.end));
+                    found.back().name = port.path;
+                }
         if (found.empty())
             throw RunError("the model has no " + what +
                            " at its root that is a real number; name signals with " + option);
@@ -154,9 +159,7 @@ class Linearization {
 
     std::string name(const Channel& channel, int element) const {
         const auto& end = channel.end;
-        std::string text = d_.end_path(end);
-        for (const auto& port : d_.inputs)
-            if (port.end.node == end.node && port.end.slot == end.slot) text = port.path;
+        const std::string text = channel.name.empty() ? d_.end_path(end) : channel.name;
         return slot(end).size.count() == 1 ? text : text + d_.element_text(end, element);
     }
 
@@ -491,7 +494,10 @@ class Linearization {
             for (const auto& channel : channels)
                 for (const int e : channel.elements) {
                     names.push_back(name(channel, e));
-                    if (units) units->push_back(std::string(slot(channel.end).unit.text));
+                    if (units)
+                        units->push_back(slot(channel.end).unit.text == any_unit.text
+                                             ? std::string()
+                                             : std::string(slot(channel.end).unit.text));
                     values[i++] = value(channel.end, e);
                 }
         };
@@ -587,11 +593,9 @@ LinearSystem linearize(Simulation& run, const LinearizeOptions& options) {
     return system;
 }
 
-LinearSystem linearize(const Diagram& diagram, const LinearizeOptions& options, double time,
-                       const std::vector<std::byte>& snapshot) {
+LinearSystem linearize(const Diagram& diagram, const LinearizeOptions& options, double time) {
     Simulation run(diagram);
     run.start();
-    if (!snapshot.empty()) run.restore(snapshot);
     if (!run.run_until(time)) throw RunError(run.failure());
     return linearize(run, options);
 }

@@ -183,11 +183,11 @@ Margins margins(const LinearSystem& loop, int output, int input) {
         const Complex now = L(grid[i]);
         if ((std::abs(before) > 1) != (std::abs(now) > 1)) {
             const double w = crossing(unit, grid[i - 1], grid[i]);
-            double angle = std::arg(-L(w)) * degrees; // from -1
+            const double angle = std::arg(-L(w)) * degrees; // from -1
             const double lag = angle < 0 ? angle + 360 : angle;
             found.delay = std::min(found.delay, lag / degrees / w);
-            if (std::abs(angle) < found.phase) {
-                found.phase = std::abs(angle);
+            if (std::abs(angle) < std::abs(found.phase)) {
+                found.phase = angle;
                 found.gain_crossover = w;
             }
         }

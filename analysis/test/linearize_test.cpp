@@ -99,7 +99,7 @@ TEST(Linearize, FindsTheMatricesOfAMassOnASpringByName) {
     const auto system = linear(oscillator);
     EXPECT_EQ(system.states, (std::vector<std::string>{"velocity.x", "position.x"}));
     EXPECT_EQ(system.inputs, std::vector<std::string>{"u"});
-    EXPECT_EQ(system.outputs, std::vector<std::string>{"position.y"});
+    EXPECT_EQ(system.outputs, std::vector<std::string>{"x"});
     expect_near(system.A, matrix({{-1.5, -20}, {1, 0}}));
     expect_near(system.B, matrix({{0.5}, {0}}));
     expect_near(system.C, matrix({{0, 1}}));

@@ -51,6 +51,12 @@ class Spreading {
                 slot.role == Role::output && e_.node(n).block->declaration().traits.is_root_input;
             if (is_right && !slot.size_known && (is_unwired_input || is_root_input)) decide(n, i, Size{});
         });
+        // A single number expands where something else decides a length; where nothing does, it is all there
+        // is.
+        for_each_slot([&](int n, int i, const Slot& slot) {
+            if (is_right && !slot.size_known && slot.role == Role::parameter && slot.initial.size() == 1)
+                decide(n, i, Size{1, 1, slot.shape.is_matrix});
+        });
         // An algebraic loop of blocks that do not know their sizes is a loop first of all; another loop in
         // which nothing has a size carries scalars.
         if (is_right && std::any_of(e_.diagram.nodes.begin(), e_.diagram.nodes.end(), [](const auto& node) {

@@ -30,6 +30,16 @@ TEST(Infer, OneElementHasItsSizeBeforeTheLoopItComesFrom) {
     EXPECT_EQ(m.size("h"), "scalar");
 }
 
+TEST(Infer, ASingleNumberIsAllOfAMatrixThatNothingElseSizes) {
+    const auto state_space = [](const std::string& u, const std::string& A) {
+        return elaborate_text("model: m\nstep: 0.1\nblocks:\n  u: {block: Constant, value: " + u +
+                              "}\n  p: {block: StateSpace, A: " + A +
+                              ", B: 3, C: 4}\n  end: {block: Terminator}\nconnections: {u: p, p: end}\n");
+    };
+    EXPECT_EQ(state_space("1", "-2").size("p.x"), "[1]");
+    EXPECT_EQ(state_space("1", "\"[-2 0; 0 -3]\"").size("p.x"), "[2]"); // where one expands
+}
+
 TEST(Infer, LoopOfScalarsTakesTheSizeOfTheInitialValue) {
     const auto m = elaborate_text(R"m(
 model: m

@@ -13,9 +13,10 @@
 from __future__ import annotations
 
 from . import operations
+from ._analysis import LinearSystem
 from ._block import Argument, At, Block, ContinuousState, DiscreteState, Input, Output, Parameter, Writer, block
 from ._model import Drawing, LoadedModel, Model, examine, load
-from ._native import BlockInfo, Diagnostic, Recorder, Signal
+from ._native import BlockInfo, Diagnostic, Margins, Recorder, Signal, StepResponse
 from ._packages import example, prefix
 from ._recording import Recording, Series, read_recording
 from ._simulation import Inputs, Parameters, Simulation, Variables
@@ -48,7 +49,9 @@ __all__ = [
     "GenerationError",
     "Input",
     "Inputs",
+    "LinearSystem",
     "LoadedModel",
+    "Margins",
     "Model",
     "ModelError",
     "Output",
@@ -62,6 +65,7 @@ __all__ = [
     "Signal",
     "Simulation",
     "StepError",
+    "StepResponse",
     "SweepResult",
     "SweepRow",
     "UnknownName",

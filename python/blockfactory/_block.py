@@ -152,6 +152,8 @@ class Writer:
         array = self._arrays.get(name)
         if array is None:
             raise self._unknown(name)
+        if value is None:  # which numpy takes for NaN
+            raise TypeError(f"'{name}' is given None; write numbers, or return them")
         try:
             array[...] = value
         except (TypeError, ValueError) as error:

@@ -14,6 +14,7 @@ from ._packages import find_robots
 from .errors import UnknownName, WrongValue
 
 if TYPE_CHECKING:
+    from ._analysis import LinearSystem
     from ._native import BlockInfo, Diagnostic, Signal
     from ._simulation import Simulation
 
@@ -148,6 +149,27 @@ class LoadedModel:
         sim = Simulation(self._native)
         sim.start()
         return sim
+
+    def linearize(
+        self,
+        from_: str | Sequence[str] = (),
+        to: str | Sequence[str] = (),
+        *,
+        open: str | Sequence[str] = (),
+        loop: str = "",
+        at: float = 0,
+        all_states: bool = False,
+    ) -> LinearSystem:
+        """A, B, C, D by name, after `at` seconds of a run. `from_`: signals to which inputs are added (otherwise all inputs of
+        the root), `to`: signals and states, 'block.state', that are looked at (otherwise all outputs of the root); 'a[3]'
+        and 'a[l_knee]' are one element. `open`: signals that are cut, what reads them gets the input alone. `loop='a'` cuts
+        the loop there and gives its gain L as of negative feedback, 1 + L = 0. Throws RunError."""
+        from ._analysis import LinearSystem, options
+
+        if not 0 <= at < float("inf"):
+            raise WrongValue(f"a model is linearised at 0 s or later, not at {at} s")
+        found = _native._linearize(self._native, options(from_, to, open, loop, all_states), at)
+        return LinearSystem(found._negative() if loop else found)
 
     def state_space(self, path: str) -> Any:
         """A block StateSpace or DiscreteStateSpace as control.StateSpace of python-control."""

@@ -184,8 +184,13 @@ class Recording(Mapping[str, Series]):
                 flat = values.reshape(len(values), -1)
                 for i, element in enumerate(series.elements()):
                     columns[series.path + element] = flat[:, i]
-            frames.append(pandas.DataFrame(columns, index=pandas.Index(group[0].time, name="time")))
-        table = pandas.concat(frames, axis=1) if frames else pandas.DataFrame()
+            # An event has the time of the step that it happens in: samples of one time keep their order.
+            time = pandas.Series(group[0].time, name="time")
+            index = pandas.MultiIndex.from_arrays([time, time.groupby(time).cumcount()])
+            frames.append(pandas.DataFrame(columns, index=index))
+        table = pandas.concat(frames, axis=1).sort_index() if frames else pandas.DataFrame()
+        if frames:
+            table.index = table.index.get_level_values("time")
         order = [series.path + element for series in self.values() for element in series.elements()]
         return table[order]
 

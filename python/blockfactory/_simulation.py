@@ -13,6 +13,7 @@ from .errors import RunError, UnknownName
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from ._analysis import LinearSystem
     from ._native import Recorder
     from ._recording import Recording
 
@@ -109,6 +110,22 @@ Event = Union[str, "Callable[[Simulation], object]"]
 class Simulation(_native.Simulation):
     """A running model. One thread at a time steps it, and C++ computes without the GIL; several simulations do not know of
     one another. Signals are arrays: `sim['controller.tau']` is a view of what the signal is now."""
+
+    def linearize(
+        self,
+        from_: str | Sequence[str] = (),
+        to: str | Sequence[str] = (),
+        *,
+        open: str | Sequence[str] = (),
+        loop: str = "",
+        all_states: bool = False,
+    ) -> LinearSystem:
+        """As `LoadedModel.linearize`, where the run is now; the run stays there. Throws RunError, also for blocks that
+        cannot be saved."""
+        from ._analysis import LinearSystem, options
+
+        found = self._linearize(options(from_, to, open, loop, all_states))
+        return LinearSystem(found._negative() if loop else found)
 
     @property
     def parameters(self) -> Parameters:

@@ -62,6 +62,16 @@ class PythonBlock final : public Block {
         }
     }
 
+    void infer(Inference& inference) const override {
+        for (const Port& port : ports_) {
+            const auto& initial = resolution().slots[static_cast<std::size_t>(port.slot)].initial;
+            const Size* size = inference.size(port.slot);
+            if (size && initial.size() > 1 && static_cast<int>(initial.size()) != size->count())
+                inference.refuse("'" + port.name + "' has " + std::to_string(initial.size()) +
+                                 " initial values, but size " + size->text() +
+                                 "; give one number for all elements, or one for each");
+        }
+    }
     void start(Now at) const override {
         const nb::gil_scoped_acquire python;
         try {
@@ -112,9 +122,14 @@ class PythonBlock final : public Block {
         std::function<void*(After)> after;
     };
 
-    static std::string text_of(const nb::python_error& error) {
-        return nb::cast<std::string>(error.type().attr("__name__")) + ": " +
-               nb::cast<std::string>(nb::str(error.value()));
+    /// Also of an exception that cannot say its text, or whose text is no Unicode.
+    static std::string text_of(const nb::python_error& error) noexcept {
+        std::string text = Py_TYPE(error.value().ptr())->tp_name;
+        const nb::object said = nb::steal(PyObject_Str(error.value().ptr()));
+        const nb::object bytes = nb::steal(
+            said.is_valid() ? PyUnicode_AsEncodedString(said.ptr(), "utf-8", "backslashreplace") : nullptr);
+        PyErr_Clear();
+        return text + ": " + (bytes.is_valid() ? PyBytes_AsString(bytes.ptr()) : "its text cannot be had");
     }
 
     template <class T> void read(nb::object& instance, const char* name, AboutArgument<T> about) {
@@ -190,6 +205,17 @@ class PythonBlock final : public Block {
         const auto type = type_from_name(word == "float64" ? "double" : word == "bool" ? "boolean" : word);
         if (!type)
             return problem("'" + name + "' has no element type '" + word + "'; write double, boolean, int32");
+        double elements = 1;
+        for (const auto& [length, plus] :
+             nb::cast<std::vector<std::pair<std::string, int>>>(member.attr("lengths"))) {
+            if (length.empty() && plus < 0)
+                return problem("'" + name + "' has a length of " + std::to_string(plus) +
+                               "; give one from 0");
+            if (length.empty()) elements *= plus;
+        }
+        constexpr double most_elements = 1e8;
+        if (elements > most_elements)
+            return problem("'" + name + "' has more than 100 million elements; give a smaller shape");
         About about;
         about.shape = shape(member);
         about.doc = kept(member.attr("doc"));

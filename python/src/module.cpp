@@ -168,6 +168,7 @@ NB_MODULE(_native, m) {
     bind_errors(m);
     bind_model(m);
     bind_recording(m);
+    bind_analysis(m);
     bind_simulation(m);
     bind_sweep(m);
 }

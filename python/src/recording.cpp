@@ -67,6 +67,7 @@ struct PythonRecorder {
     void close() {
         if (!recorder) return;
         PythonRun& run = nb::cast<PythonRun&>(simulation);
+        const InUse use(run);
         run.run.remove_observer(*recorder);
         std::erase(run.recorders, recorder);
         const std::shared_ptr<Recorder> last = std::move(recorder);
@@ -208,6 +209,7 @@ void bind_recording(nb::module_& m) {
         [](nb::object simulation, const fs::path& file,
            const std::optional<std::vector<std::string>>& signals) {
             PythonRun& self = nb::cast<PythonRun&>(simulation);
+            const InUse use(self);
             try {
                 auto recorder = std::make_shared<Recorder>(self.run, chosen(self, signals), file,
                                                            self.model->examined.source);
@@ -222,6 +224,7 @@ void bind_recording(nb::module_& m) {
     m.def(
         "_record_memory",
         [](PythonRun& self, const std::optional<std::vector<std::string>>& signals, nb::object into) {
+            const InUse use(self);
             auto recording = nb::cast<std::shared_ptr<PythonRecording>>(into);
             auto recorder = std::make_unique<MemoryRecorder>(recording, self.run,
                                                              to_record(self.run, chosen(self, signals)));
@@ -232,6 +235,7 @@ void bind_recording(nb::module_& m) {
     m.def(
         "_end_record",
         [](PythonRun& self, const std::shared_ptr<PythonRecording>& recording) {
+            const InUse use(self);
             for (auto at = self.observers.begin(); at != self.observers.end(); ++at)
                 if (const auto* recorder = dynamic_cast<MemoryRecorder*>(at->get());
                     recorder && recorder->recording() == recording.get()) {

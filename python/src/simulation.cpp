@@ -1,6 +1,7 @@
 // Runs in Python.
 #include "simulation.hpp"
 
+#include "bf/analysis/linearize.hpp"
 #include "bf/core/registry.hpp"
 #include "bf/run/comparison.hpp"
 #include "bf/run/snapshot.hpp"
@@ -15,27 +16,6 @@ namespace bf::python {
 namespace {
 
 thread_local Pending* stepping = nullptr; ///< of the run that this thread is in
-
-/// One thread at a time steps, restores or changes a run.
-class InUse {
-  public:
-    explicit InUse(PythonRun& run) : run_(run) {
-        if (run_.is_in_use.exchange(true))
-            raise("RunError",
-                  "the simulation is being stepped by another thread, or by its own observer; give each "
-                  "thread a simulation of its own, or wait");
-    }
-    ~InUse() {
-        stepping = around_;
-        run_.is_in_use = false;
-    }
-    InUse(const InUse&) = delete;
-    InUse& operator=(const InUse&) = delete;
-
-  private:
-    PythonRun& run_;
-    Pending* const around_ = std::exchange(stepping, &run_.pending);
-};
 
 [[noreturn]] void raise_failure(PythonRun& self) {
     const nb::object type = nb::module_::import_("blockfactory.errors").attr("StepError");
@@ -259,6 +239,18 @@ void Pending::raise() {
     throw nb::python_error();
 }
 
+InUse::InUse(PythonRun& run) : run_(run), around_(stepping) {
+    if (run_.is_in_use.exchange(true))
+        raise("RunError",
+              "the simulation is being stepped by another thread, or by its own observer; give each "
+              "thread a simulation of its own, or wait");
+    stepping = &run_.pending;
+}
+InUse::~InUse() {
+    stepping = around_;
+    run_.is_in_use = false;
+}
+
 void keep_cause(nb::python_error& error) noexcept {
     if (stepping) stepping->keep(error);
 }
@@ -341,6 +333,22 @@ void bind_simulation(nb::module_& m) {
                 return nb::try_cast(path, name) && self.signal_numbers.contains(name);
             },
             nb::arg("path"), nb::sig("def __contains__(self, path: object, /) -> bool"))
+        .def(
+            "_linearize",
+            [](PythonRun& self, const analysis::LinearizeOptions& options) {
+                const InUse use(self);
+                self.require_started();
+                const auto here = self.run.snapshot();
+                analysis::LinearSystem found;
+                {
+                    const WithoutGil parallel;
+                    found = analysis::linearize(self.run, options);
+                    self.run.restore(here);
+                }
+                self.pending.raise();
+                return found;
+            },
+            nb::arg("options"))
         .def("_signals", [](const PythonRun& self) { return paths(self.signals); })
         .def("_inputs", [](const PythonRun& self) { return paths(self.inputs); })
         .def("_parameters", [](const PythonRun& self) { return paths(self.parameters); })

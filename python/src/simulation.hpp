@@ -41,4 +41,18 @@ struct PythonRun {
     void require_started() const;
 };
 
+/// One thread at a time steps, restores, records or changes a run. Throws RunError in another one, and in its
+/// observers.
+class InUse {
+  public:
+    explicit InUse(PythonRun& run);
+    ~InUse();
+    InUse(const InUse&) = delete;
+    InUse& operator=(const InUse&) = delete;
+
+  private:
+    PythonRun& run_;
+    Pending* around_;
+};
+
 } // namespace bf::python

@@ -262,3 +262,50 @@ time.sleep(0.2)
 """
     ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=30)
     assert (ended.returncode, ended.stderr) == (0, "")
+
+
+class Untold(Exception):
+    def __str__(self):
+        raise RuntimeError("no text")
+
+
+@pytest.mark.parametrize(
+    "error, text",
+    [(Untold(), "Untold: its text cannot be had"), (ValueError("a\ud800b"), r"ValueError: a\\ud800b")],
+    ids=["without a text", "no Unicode"],
+)
+def test_an_exception_with_a_text_that_cannot_be_had_ends_the_run_as_any(error, text):
+    @bf.block
+    def Fails(u):
+        raise error
+
+    with pytest.raises(bf.StepError, match=text) as raised:
+        around(Fails).simulate().step()
+    assert raised.value.__cause__ is error
+
+
+def test_a_function_that_returns_nothing_is_told_so():
+    @bf.block
+    def Nothing(u):
+        pass
+
+    with pytest.raises(bf.StepError, match="'y' is given None; write numbers, or return them"):
+        around(Nothing).simulate().step()
+
+
+def test_initial_values_that_do_not_fit_are_refused():
+    class Wrong(bf.Block):
+        y = bf.Output(3)
+        x = bf.DiscreteState(3, initial=[1, 2])
+
+    with pytest.raises(bf.ModelError, match=r"'x' has 2 initial values, but size \[3\]; give one number for all"):
+        around(Wrong)
+
+
+@pytest.mark.parametrize("shape, why", [((100000, 100000), "more than 100 million elements"), (-1, "a length of -1")])
+def test_shapes_that_nothing_has_are_refused(shape, why):
+    class Wrong(bf.Block):
+        y = bf.Output(shape)
+
+    with pytest.raises(bf.ModelError, match=why):
+        around(Wrong)

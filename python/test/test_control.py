@@ -19,8 +19,10 @@ def loop(system, step):
         control.ss([[0.9, 0.1], [-0.2, 0.8]], [[0], [1]], [[1, 0]], [[0.5]], 0.1),
         control.ss([[0, 1], [-4, -0.4]], [[0], [1]], [[1, 0]], [[0]]),
         control.tf([1, 2], [1, 0.6, 5]),
+        control.ss([[-2]], [[3]], [[4]], [[0]]),
+        control.tf([1], [1, 2]),
     ],
-    ids=["discrete", "continuous", "transfer function"],
+    ids=["discrete", "continuous", "transfer function", "first order", "transfer function of first order"],
 )
 def test_a_system_of_python_control_steps_as_there_and_comes_back(system):
     step = system.dt or 0.01

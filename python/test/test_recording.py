@@ -112,3 +112,29 @@ def test_a_cut_file_is_read_up_to_there(motor, tmp_path):
     (tmp_path / "none.mcap").write_bytes(b"no recording at all")
     with pytest.raises(bf.FileError, match="none.mcap"):
         bf.read_recording(tmp_path / "none.mcap")
+
+
+def test_a_run_is_not_recorded_from_its_own_observer(oscillator, tmp_path):
+    sim = oscillator.simulate()
+    began = [sim.record(), sim.record_to(tmp_path / "a.mcap")]
+
+    def look(of):
+        for begin in (of.record, lambda: of.record_to(tmp_path / "b.mcap"), began[1].close, lambda: of.end_record(began[0])):
+            with pytest.raises(bf.RunError, match="stepped by another thread, or by its own observer"):
+                begin()
+
+    sim.observe(look)
+    sim.step(3)
+    assert len(began[0]["position"]) == 3
+
+
+def test_a_table_has_the_samples_of_events_in_their_order():
+    m = bf.load(bf.example("bouncing_ball/model.yaml"))
+    with m.simulate() as sim:
+        recording = sim.record()
+        sim.run()
+    table = recording.to_pandas()
+    assert len(table) == max(len(series) for series in recording.values())
+    height = recording["height"]
+    np.testing.assert_array_equal(table["height"].dropna(), height.values)
+    assert table.index.is_monotonic_increasing and table.index.duplicated().any()

@@ -219,5 +219,39 @@ TEST_F(Plot, MakesAPanelOfASignal) {
     EXPECT_TRUE(panel.curves[1].steps);
 }
 
+TEST_F(Plot, HasAnyCommonAxis) {
+    const Panel panel{"gain", "dB", {{"", {0.1, 1, 10, 100}, {0, 0, -20, -40}}}};
+    const std::string svg = draw({"", {panel}, "frequency (rad/s)", true}, "a.svg");
+    EXPECT_CONTAINS(svg, "frequency (rad/s)");
+    EXPECT_EQ(svg.find("time (s)"), std::string::npos);
+    for (const char* tick : {">0.1<", ">1<", ">10<", ">100<"}) EXPECT_CONTAINS(svg, tick);
+}
+
+TEST_F(Plot, DrawsACircleAsACircle) {
+    Curve circle{"", {}, {}};
+    for (int i = 0; i <= 100; ++i) {
+        circle.time.push_back(std::cos(0.0628318530718 * i));
+        circle.value.push_back(std::sin(0.0628318530718 * i));
+    }
+    const Curve pole{"pole", {-1}, {0}, false, false, Curve::Mark::cross};
+    const std::string svg = draw({"", {{"", "", {circle, pole}}}, "real part", false, true}, "a.svg");
+    // The path of the longest line: as wide as it is high.
+    double low[2] = {1e9, 1e9}, high[2] = {-1e9, -1e9};
+    std::size_t longest = 0, at = std::string::npos;
+    for (auto from = svg.find(" d='M"); from != std::string::npos; from = svg.find(" d='M", from + 1))
+        if (const auto size = svg.find('\'', from + 4) - from; size > longest) longest = size, at = from;
+    ASSERT_NE(at, std::string::npos);
+    std::string path = svg.substr(at + 4, longest - 4);
+    for (char& c : path)
+        if (c == 'M' || c == 'L' || c == ',') c = ' ';
+    std::istringstream numbers(path);
+    for (double x, y; numbers >> x >> y;) {
+        low[0] = std::min(low[0], x), high[0] = std::max(high[0], x);
+        low[1] = std::min(low[1], y), high[1] = std::max(high[1], y);
+    }
+    EXPECT_NEAR(high[0] - low[0], high[1] - low[1], 2);
+    EXPECT_GT(high[0] - low[0], 50);
+}
+
 } // namespace
 } // namespace bf::recording

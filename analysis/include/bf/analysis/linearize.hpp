@@ -44,9 +44,7 @@ struct LinearizeOptions {
 /// from step to step.
 LinearSystem linearize(Simulation& run, const LinearizeOptions& options);
 
-/// Starts a run of the diagram, lets it run to that time [s], or goes on from the snapshot, and linearises
-/// there.
-LinearSystem linearize(const Diagram& diagram, const LinearizeOptions& options, double time = 0,
-                       const std::vector<std::byte>& snapshot = {});
+/// Starts a run of the diagram, lets it run to that time [s], and linearises there.
+LinearSystem linearize(const Diagram& diagram, const LinearizeOptions& options, double time = 0);
 
 } // namespace bf::analysis

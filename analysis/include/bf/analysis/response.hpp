@@ -40,7 +40,7 @@ struct Margins {
     static constexpr double none = std::numeric_limits<double>::infinity();
     double gain = none;         ///< by which L may be multiplied until the loop is unstable, > 1
     double gain_reduction = 0;  ///< the greatest factor < 1 that makes it unstable; 0: none does
-    double phase = none;        ///< that L may lose [degrees]; the least of all crossovers
+    double phase = none;        ///< that L may lose, or must gain where it is negative [degrees]; the least
     double delay = none;        ///< that L may get [s]
     double modulus = none;      ///< least distance of L from -1
     double phase_crossover = 0; ///< where L is negative real, of `gain` [rad/s]

@@ -1,0 +1,63 @@
+// Exact linearisation beside central differences of the same blocks.
+#include "bf/analysis/linearize.hpp"
+#include "bf/blocks/standard.hpp"
+#include "bf/elaborate/elaborate.hpp"
+#include "bf/formats/yaml.hpp"
+#include "session.hpp"
+
+#include <benchmark/benchmark.h>
+
+#include <memory>
+#include <string>
+
+namespace {
+
+/// Links of a chain, each with its state: x_i' = sin(x_{i-1}) - 0.3 x_i.
+std::string chain(int links) {
+    std::string blocks, wires = "connections:\n  u: f0\n";
+    for (int i = 0; i < links; ++i) {
+        const std::string n = std::to_string(i);
+        blocks += "  f" + n + ": {block: Sin}\n  s" + n + ": {block: Sum, signs: +-}\n  x" + n +
+                  ": {block: Integrator}\n  d" + n + ": {block: Gain, K: 0.3}\n";
+        wires += "  f" + n + ": s" + n + ".u1\n  s" + n + ": x" + n + "\n  d" + n + ": s" + n + ".u2\n  x" +
+                 n + ": [d" + n + ", " + (i + 1 < links ? "f" + std::to_string(i + 1) : "y") + "]\n";
+    }
+    return "model: chain\nstep: 0.01\nsolver: rk4\ninputs: [u]\noutputs: [y]\nblocks:\n" + blocks + wires;
+}
+
+void linearize_1000(benchmark::State& state, bool by_differences) {
+    bf::Registry registry;
+    registry.add(bf::standard_library());
+    const auto diagram = bf::elaborate(bf::formats::read_yaml_text(chain(250), "chain.yaml"), registry);
+    bf::Simulation run(diagram);
+    run.start();
+    for (auto _ : state)
+        benchmark::DoNotOptimize(bf::analysis::linearize(run, {.by_differences = by_differences}));
+}
+
+/// From what the robot measures to the torques of the balancing controller.
+void linearize_icub(benchmark::State& state, bool by_differences) {
+    const auto loaded = bf::load(BF_SOURCE_DIRECTORY "/examples/icub_balancing/balancing.yaml");
+    bf::Simulation run(loaded.diagram);
+    run.start();
+    const bf::analysis::LinearizeOptions options{.from = {"world.s", "world.s_dot"},
+                                                 .to = {"controller.tau"},
+                                                 .open = {"world.s", "world.s_dot"},
+                                                 .by_differences = by_differences};
+    for (auto _ : state) benchmark::DoNotOptimize(bf::analysis::linearize(run, options));
+    run.stop();
+}
+
+const bool added = [] {
+    using benchmark::RegisterBenchmark;
+    for (const bool by_differences : {false, true}) {
+        const std::string how = by_differences ? "differences" : "exact";
+        RegisterBenchmark(("analysis.linearize_1000/" + how).c_str(), linearize_1000, by_differences)
+            ->Unit(benchmark::kMillisecond);
+        RegisterBenchmark(("analysis.linearize_icub/" + how).c_str(), linearize_icub, by_differences)
+            ->Unit(benchmark::kMillisecond);
+    }
+    return true;
+}();
+
+} // namespace

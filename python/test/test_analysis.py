@@ -1,0 +1,145 @@
+"""Linear systems of models, beside python-control and SciPy."""
+
+import control
+import numpy as np
+import pytest
+
+import blockfactory as bf
+
+LOOP = """
+model: loop
+step: 0.01
+solver: rk4
+inputs: [r]
+outputs: [y]
+blocks:
+  error: {block: Sum, signs: +-}
+  pi: {block: TransferFunction, numerator: "[2 1]", denominator: "[1 0]"}
+  plant: {block: TransferFunction, numerator: 3, denominator: "[1 1.4 4 1]"}
+connections:
+  r: error.u1
+  error: pi
+  pi: plant
+  plant: [error.u2, y]
+"""
+
+L = control.tf([2, 1], [1, 0]) * control.tf([3], [1, 1.4, 4, 1])
+
+
+@pytest.fixture
+def loop(write):
+    return bf.load(write("loop.yaml", LOOP))
+
+
+def test_matrices_go_to_python_control_with_their_names(oscillator, write):
+    system = oscillator.linearize("force", ["position", "velocity.x"])
+    there = system.to_control()
+    assert system.states == ["velocity.x", "position.x"]
+    np.testing.assert_allclose(system.A, [[-1.5, -40], [1, 0]])
+    np.testing.assert_array_equal(there.A, system.A)
+    assert there.state_labels == ["velocity_x", "position_x"]
+    assert there.dt == 0
+
+
+def test_a_closed_loop_has_the_transfer_function_of_its_parts(loop):
+    system = loop.linearize("r", "plant")
+    omega, value = system.frequency_response(np.logspace(-2, 2, 50))
+    expected = control.feedback(L, 1)(1j * omega)
+    np.testing.assert_allclose(value, expected, rtol=1e-9)
+    np.testing.assert_allclose(np.sort_complex(system.poles()), np.sort_complex(control.feedback(L, 1).poles()), rtol=1e-9)
+    np.testing.assert_allclose(system.zeros(), [-0.5], rtol=1e-9)
+
+
+@pytest.mark.parametrize("k", [0.1, 1], ids=["stable", "unstable"])
+def test_margins_are_those_of_python_control(loop, k):
+    m = bf.load(loop.file, {"pi.numerator": [2 * k, k]}).linearize(loop="plant").margins()
+    gain, phase, modulus, at_gain, at_phase, _ = control.stability_margins(k * L)
+    assert m.is_stable == (k < 1) == bool(np.all(control.feedback(k * L, 1).poles().real < 0))
+    assert (m.gain if k < 1 else m.gain_reduction) == pytest.approx(gain, rel=1e-6)
+    np.testing.assert_allclose([m.phase, m.gain_crossover], [phase, at_phase], rtol=1e-6)
+    if k < 1:
+        assert m.phase_crossover == pytest.approx(at_gain, rel=1e-6)
+    assert m.modulus == pytest.approx(modulus, rel=1e-3)
+
+
+def test_a_step_is_that_of_python_control(loop):
+    mild = bf.load(loop.file, {"pi.numerator": [0.2, 0.1]})
+    response = mild.linearize("r", "plant").step_response()
+    closed = control.feedback(L / 10, 1)
+    info = control.step_info(closed, T=response._time[-1], T_num=20000)
+    assert response.final == pytest.approx(1)
+    assert response.overshoot == pytest.approx(info["Overshoot"], abs=0.05)
+    assert response.rise_time == pytest.approx(info["RiseTime"], rel=0.01)
+    assert response.settling_time == pytest.approx(info["SettlingTime"], rel=0.01)
+    _, expected = control.step_response(closed, T=np.array(response._time))
+    np.testing.assert_allclose(response._value, expected, atol=1e-6)
+
+
+def test_root_loci_begin_at_the_open_loop_poles(loop):
+    gains, roots = loop.linearize(loop="plant").root_locus([0, 0.5, 2])
+    np.testing.assert_allclose(np.sort_complex(roots[0]), np.sort_complex(L.poles()), atol=1e-9)
+    np.testing.assert_allclose(np.sort_complex(roots[1]), np.sort_complex(control.feedback(0.5 * L, 1).poles()), atol=1e-9)
+
+
+def test_a_run_is_linearised_where_it_is_and_stays_there(oscillator):
+    sim = oscillator.simulate()
+    sim.run(0.5)
+    before = sim.snapshot()
+    system = sim.linearize("force", "position")
+    assert system.time == pytest.approx(0.5)
+    assert sim.snapshot() == before
+    np.testing.assert_allclose(system.x, [sim["velocity"], sim["position"]], atol=0.5)
+
+
+def test_lqr_of_a_cart_pole_from_its_own_diagram_is_that_of_its_closed_form(write):
+    g, m, l = 9.81, 0.2, 0.5
+    text = """
+model: cart_pole
+step: 0.001
+solver: rk4
+inputs: [u]
+outputs: [q, p]
+blocks:
+  cart: {block: Fcn, expression: (u1 + 0.2*sin(u2)*(0.5*u3^2 - 9.81*cos(u2))) / (1 + 0.2*sin(u2)^2)}
+  pole: {block: Fcn, expression: (u1*cos(u2) + 0.1*u3^2*cos(u2)*sin(u2) - 1.2*9.81*sin(u2)) / (-0.5*(1 + 0.2*sin(u2)^2))}
+  v: {block: Integrator}
+  x: {block: Integrator}
+  w: {block: Integrator}
+  angle: {block: Integrator}
+connections:
+  u: [cart.u1, pole.u1]
+  angle: [cart.u2, pole.u2, q]
+  w: [cart.u3, pole.u3, angle]
+  cart: v
+  v: x
+  x: p
+  pole: w
+"""
+    system = bf.load(write("cart_pole.yaml", text)).linearize()
+    assert system.differenced == []
+    A = np.array([[0, 0, 0, -m * g], [1, 0, 0, 0], [0, 0, 0, (1 + m) * g / l], [0, 0, 1, 0]])
+    B = np.array([[1], [0], [-1 / l], [0]])
+    Q, R = np.diag([1, 10, 1, 100]), np.eye(1)
+    found, _, _ = control.lqr(system.A, system.B, Q, R)
+    expected, _, _ = control.lqr(A, B, Q, R)
+    np.testing.assert_allclose(found, expected, rtol=1e-9)
+
+
+def test_pictures_are_drawn(loop, tmp_path):
+    system = loop.linearize(loop="plant")
+    for picture in (system.bode(), system.nyquist(), system.nichols()):
+        picture.savefig(tmp_path / "a.png")
+        assert (tmp_path / "a.png").stat().st_size > 5000
+
+
+def test_what_cannot_be_done_is_said(loop):
+    with pytest.raises(bf.RunError, match="no signal or state 'plnt'; did you mean 'plant'"):
+        loop.linearize("plnt")
+    with pytest.raises(bf.WrongValue, match="give loop, or from_ and to"):
+        loop.linearize("r", loop="plant")
+    with pytest.raises(bf.WrongValue, match="0 s or later, not at -1"):
+        loop.linearize(at=-1)
+    with pytest.raises(bf.UnknownName, match="no output 'x'; there are plant"):
+        loop.linearize("r", "plant").margins(output="x")
+    with pytest.raises(bf.WrongValue, match="1 outputs and 1 inputs"):
+        loop.linearize("r", "plant").zeros(3)

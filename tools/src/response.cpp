@@ -1,0 +1,255 @@
+// bf bode, nyquist, nichols, rootlocus, step: what a linear system of a model does.
+#include "bf/analysis/response.hpp"
+
+#include "bf/base/escape.hpp"
+#include "bf/recording/plot.hpp"
+#include "files.hpp"
+#include "linearize.hpp"
+#include "verbs.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <functional>
+#include <numbers>
+
+namespace bf::tools {
+
+namespace {
+
+using analysis::LinearSystem;
+using recording::Curve;
+using recording::Figure;
+
+struct ResponseOptions {
+    LinearOptions linear;
+    std::string output;
+    int width = 900, height = 0;
+    double duration = 0; ///< s, of a step
+};
+
+std::string decibels(double ratio) { return number(20 * std::log10(ratio)) + " dB"; }
+
+void print_margins(const analysis::Margins& m) {
+    const auto line = [](const char* what, const std::string& value) {
+        std::printf("  %-16s%s\n", what, value.c_str());
+    };
+    line("closed loop", m.is_stable ? "stable" : "unstable");
+    line("gain margin",
+         std::isinf(m.gain) ? "none" : decibels(m.gain) + " at " + number(m.phase_crossover) + " rad/s");
+    if (m.gain_reduction > 0) line("", "and down to " + decibels(m.gain_reduction));
+    line("phase margin", std::isinf(m.phase)
+                             ? "none"
+                             : number(m.phase) + " degrees at " + number(m.gain_crossover) + " rad/s");
+    line("delay margin", std::isinf(m.delay) ? "none" : number(m.delay) + " s");
+    line("modulus margin", number(m.modulus));
+    line("bandwidth", std::isinf(m.bandwidth) ? "none" : number(m.bandwidth) + " rad/s");
+}
+
+Curve curve(std::string name, std::vector<double> x, std::vector<double> y, bool reference = false,
+            Curve::Mark mark = Curve::Mark::none) {
+    return {std::move(name), std::move(x), std::move(y), reference, false, mark};
+}
+
+std::string title(const ResponseOptions& options, const LinearSystem& s) {
+    return options.linear.loop.empty() ? "From " + s.inputs.front() + " to " + s.outputs.front()
+                                       : "Loop through " + options.linear.loop;
+}
+
+Figure bode(const ResponseOptions& options, const LinearSystem& s) {
+    const auto r = analysis::response(s, 0, 0, analysis::frequencies(s, 0, 0));
+    Figure figure{title(options, s),
+                  {{"Magnitude", "dB", {curve("magnitude", r.omega, r.magnitude)}},
+                   {"Phase", "degrees", {curve("phase", r.omega, r.phase)}}},
+                  "frequency (rad/s)",
+                  true};
+    if (options.linear.loop.empty()) {
+        std::printf("  %-16s%s\n", "gain at 0",
+                    number(std::abs(analysis::frequency_response(s, 0, 0, 0))).c_str());
+        return figure;
+    }
+    const auto m = analysis::margins(s);
+    print_margins(m);
+    const auto line = [&](const char* name, double level) {
+        return curve(name, {r.omega.front(), r.omega.back()}, {level, level}, true);
+    };
+    figure.panels[0].curves.push_back(line("0 dB", 0));
+    figure.panels[1].curves.push_back(line("-180 degrees", -180));
+    if (std::isfinite(m.gain))
+        figure.panels[0].curves.push_back(curve("gain margin " + decibels(m.gain), {m.phase_crossover},
+                                                {-20 * std::log10(m.gain)}, false, Curve::Mark::circle));
+    if (std::isfinite(m.phase)) {
+        const double at =
+            analysis::response(s, 0, 0,
+                               [&] {
+                                   auto w = r.omega;
+                                   w.insert(std::lower_bound(w.begin(), w.end(), m.gain_crossover),
+                                            m.gain_crossover);
+                                   w.erase(std::upper_bound(w.begin(), w.end(), m.gain_crossover), w.end());
+                                   return w;
+                               }())
+                .phase.back();
+        figure.panels[1].curves.push_back(curve("phase margin " + number(m.phase) + " degrees",
+                                                {m.gain_crossover}, {at}, false, Curve::Mark::circle));
+    }
+    return figure;
+}
+
+/// Of radius 1 around 0.
+Curve unit_circle(const char* name) {
+    Curve circle = curve(name, {}, {}, true);
+    for (int i = 0; i <= 200; ++i) {
+        circle.time.push_back(std::cos(2 * std::numbers::pi * i / 200));
+        circle.value.push_back(std::sin(2 * std::numbers::pi * i / 200));
+    }
+    return circle;
+}
+
+/// Integrators lead to infinity, which no picture shows.
+constexpr double farthest = 4;
+
+Figure nyquist(const ResponseOptions& options, const LinearSystem& s) {
+    print_margins(analysis::margins(s));
+    const auto r = analysis::response(s, 0, 0, analysis::frequencies(s, 0, 0, 1500));
+    std::vector<double> x, y, mirrored;
+    for (const auto& value : r.value) {
+        const bool is_far = std::abs(value) > farthest;
+        x.push_back(is_far ? NAN : value.real());
+        y.push_back(is_far ? NAN : value.imag());
+        mirrored.push_back(-y.back());
+    }
+    return {title(options, s),
+            {{"Nyquist",
+              "imaginary part",
+              {curve("positive frequencies", x, y), curve("negative frequencies", x, mirrored),
+               unit_circle("unit circle"), curve("-1", {-1}, {0}, false, Curve::Mark::cross)}}},
+            "real part",
+            false,
+            true};
+}
+
+Figure nichols(const ResponseOptions& options, const LinearSystem& s) {
+    print_margins(analysis::margins(s));
+    auto r = analysis::response(s, 0, 0, analysis::frequencies(s, 0, 0, 1500));
+    for (std::size_t i = 0; i < r.omega.size(); ++i)
+        if (std::abs(r.magnitude[i]) > 60) r.magnitude[i] = r.phase[i] = NAN;
+    return {title(options, s),
+            {{"Nichols",
+              "dB",
+              {curve("L", r.phase, r.magnitude), curve("-1", {-180}, {0}, false, Curve::Mark::cross)}}},
+            "phase (degrees)"};
+}
+
+Figure root_locus(const ResponseOptions& options, const LinearSystem& s) {
+    const auto locus = analysis::root_locus(s);
+    double size = 1e-3;
+    for (const auto& root : locus.roots.front()) size = std::max(size, std::abs(root));
+    for (const auto& zero : analysis::zeros(s, 0, 0)) size = std::max(size, std::abs(zero));
+    Figure figure{title(options, s),
+                  {{"Root locus, k from 0 to 1000", "imaginary part", {}}},
+                  "real part",
+                  false,
+                  true};
+    auto& curves = figure.panels.front().curves;
+    for (std::size_t b = 0; b < locus.roots.front().size(); ++b) {
+        Curve branch = curve("branch " + std::to_string(b + 1), {}, {});
+        for (const auto& roots : locus.roots) {
+            const bool is_far = std::abs(roots[b]) > 2 * size;
+            branch.time.push_back(is_far ? NAN : roots[b].real());
+            branch.value.push_back(is_far ? NAN : roots[b].imag());
+        }
+        curves.push_back(std::move(branch));
+    }
+    const auto marks = [&](const char* name, const std::vector<analysis::Complex>& roots, Curve::Mark mark) {
+        Curve all = curve(name, {}, {}, false, mark);
+        for (const auto& root : roots) {
+            all.time.push_back(root.real());
+            all.value.push_back(root.imag());
+        }
+        if (!roots.empty()) curves.push_back(std::move(all));
+    };
+    if (s.period > 0) curves.push_back(unit_circle("limit of stability"));
+    marks("open-loop poles", locus.roots.front(), Curve::Mark::cross);
+    marks("zeros", analysis::zeros(s, 0, 0), Curve::Mark::circle);
+    std::printf("poles of the closed loop\n");
+    for (const auto& root : analysis::poles(analysis::closed(s)))
+        std::printf("  %s\n", root_text(root).c_str());
+    return figure;
+}
+
+Figure step(const ResponseOptions& options, const LinearSystem& s) {
+    const auto r = analysis::step_response(s, 0, 0, options.duration);
+    const auto line = [](const char* what, const std::string& value) {
+        std::printf("  %-16s%s\n", what, value.c_str());
+    };
+    if (std::isnan(r.final)) {
+        line("final value", "none: the system is unstable");
+    } else {
+        line("final value", number(r.final));
+        line("overshoot", number(r.overshoot) + " %");
+        line("rise time", number(r.rise_time) + " s");
+        line("settling time", number(r.settling_time) + " s");
+    }
+    line("peak", number(r.peak) + " at " + number(r.peak_time) + " s");
+    Figure figure{
+        title(options, s),
+        {{"Response to a step of 1", s.output_units.front(), {curve("response", r.time, r.value)}}}};
+    figure.panels.front().curves.front().steps = s.period > 0;
+    if (!std::isnan(r.final))
+        figure.panels.front().curves.push_back(
+            curve("final value", {r.time.front(), r.time.back()}, {r.final, r.final}, true));
+    return figure;
+}
+
+using Draw = Figure (*)(const ResponseOptions&, const LinearSystem&);
+
+void add(CLI::App& app, const char* verb, const char* what, const char* example, bool has_loop, Draw draw) {
+    auto* command = app.add_subcommand(verb, what);
+    auto options = std::make_shared<ResponseOptions>();
+    options->linear.add_to(*command, has_loop);
+    command
+        ->add_option("-o,--output", options->output,
+                     "PNG or SVG file of the picture; otherwise there is none")
+        ->type_name("FILE");
+    command->add_option("--width", options->width, "pixels")
+        ->check(between(100, 20000))
+        ->type_name("PIXELS")
+        ->capture_default_str();
+    command->add_option("--height", options->height, "pixels; 0: as needed")
+        ->check(between(0, 20000))
+        ->type_name("PIXELS")
+        ->capture_default_str();
+    if (draw == step)
+        command->add_option("--duration", options->duration, "seconds; 0: until the slowest pole has faded")
+            ->check(between(0, 1e9))
+            ->type_name("SECONDS")
+            ->capture_default_str();
+    command->footer(std::string("Example: bf ") + verb + " " + example);
+    command->callback([options, draw] {
+        if (!options->output.empty())
+            refuse_overwriting({{"-o", options->output}}, files_of(options->linear.model.file));
+        const auto figure = draw(*options, options->linear.single());
+        if (options->output.empty()) return;
+        OutputFile file(options->output);
+        const bool is_square = figure.is_equal && options->height == 0;
+        recording::save(figure, file.path(), options->width,
+                        is_square ? options->width * 7 / 10 : options->height);
+        file.commit();
+        std::printf("%s\n", options->output.c_str());
+    });
+}
+
+} // namespace
+
+void add_responses(CLI::App& app) {
+    const char* loop = "docs/start/motor.yaml --loop controller.voltage -o loop.png";
+    add(app, "bode", "frequency response of a linearised model, with the margins of a loop", loop, true,
+        bode);
+    add(app, "nyquist", "Nyquist curve of a loop, with its margins", loop, true, nyquist);
+    add(app, "nichols", "Nichols curve of a loop, with its margins", loop, true, nichols);
+    add(app, "rootlocus", "poles of a closed loop over its gain", loop, true, root_locus);
+    add(app, "step", "response of a linearised model to a step",
+        "docs/start/motor.yaml --from reference --to motor.omega", false, step);
+}
+
+} // namespace bf::tools

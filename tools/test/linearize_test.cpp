@@ -1,0 +1,98 @@
+// bf linearize and the responses of linear systems.
+#include "bf/base/files.hpp"
+#include "command.hpp"
+
+#include <cmath>
+
+namespace bf::tools {
+
+namespace {
+
+/// y'' + 3 y' + 2 y = 2 u, in a loop with a gain of 5.
+const std::string loop_model = R"(model: loop
+step: 0.01
+stop: 1
+solver: rk4
+inputs: [r]
+outputs: [y]
+blocks:
+  error: {block: Sum, signs: +-}
+  gain: {block: Gain, K: 5}
+  plant: {block: TransferFunction, numerator: 2, denominator: "[1 3 2]"}
+connections:
+  r: error.u1
+  error: gain
+  gain: plant
+  plant: [error.u2, y]
+)";
+
+class Linearize : public Command {
+  protected:
+    void SetUp() override {
+        Command::SetUp();
+        write("loop.yaml", loop_model);
+    }
+};
+
+TEST_F(Linearize, PrintsMatricesByName) {
+    const auto printed = bf("linearize loop.yaml --from gain --open gain");
+    EXPECT_EQ(printed.code, 0) << printed.err;
+    EXPECT_CONTAINS(printed.out, "at 0 s, in continuous time\n");
+    EXPECT_CONTAINS(printed.out, "plant.x[1]");
+    EXPECT_CONTAINS(printed.out, "poles\n  -2\n  -1\n");
+}
+
+TEST_F(Linearize, WritesJsonYamlAndMat) {
+    EXPECT_EQ(bf("linearize loop.yaml -o a.json").out, "a.json\n");
+    const auto system = json("a.json");
+    EXPECT_EQ(system["inputs"][0], "r");
+    EXPECT_EQ(system["states"].size(), 2u);
+    EXPECT_EQ(system["A"].size(), 2u);
+    EXPECT_EQ(system["period"], 0.0);
+    EXPECT_EQ(bf("linearize loop.yaml -o a.yaml").code, 0);
+    EXPECT_CONTAINS(read("a.yaml"), "states: [\"plant.x[1]\",\"plant.x[2]\"]\n");
+    EXPECT_EQ(bf("linearize loop.yaml -o a.mat").code, 0);
+    write("look.py", "import scipy.io, json\nm, j = scipy.io.loadmat('a.mat'), json.load(open('a.json'))\n"
+                     "assert all((m[k] == j[k]).all() for k in 'ABCD'), m\n"
+                     "assert m['Ts'] == 0 and m['StateName'][1][0][0] == 'plant.x[2]', m\n");
+    EXPECT_EQ(std::system(("cd " + folder.string() + " && " BF_PYTHON " look.py").c_str()), 0);
+}
+
+TEST_F(Linearize, TellsTheMarginsOfALoopAndDrawsIt) {
+    // |10 / ((jw + 1)(jw + 2))| = 1 where (w² + 1)(w² + 4) = 100.
+    const double square = (-5 + std::sqrt(25 + 4 * 96.0)) / 2, crossover = std::sqrt(square);
+    const double phase = 180 - (std::atan(crossover) + std::atan(crossover / 2)) * 180 / M_PI;
+    for (const std::string verb : {"bode", "nyquist", "nichols"}) {
+        const auto told = bf(verb + " loop.yaml --loop plant -o " + verb + ".png");
+        ASSERT_EQ(told.code, 0) << told.err;
+        char text[100];
+        std::snprintf(text, sizeof text, "%.6g degrees at %.6g rad/s", phase, crossover);
+        EXPECT_CONTAINS(told.out, text);
+        EXPECT_CONTAINS(told.out, "gain margin     none");
+        EXPECT_GT(read(verb + ".png").size(), 5000u);
+    }
+    const auto locus = bf("rootlocus loop.yaml --loop plant -o locus.svg");
+    EXPECT_CONTAINS(locus.out, "-1.5 + 3.1225j"); // s² + 3 s + 12
+    EXPECT_CONTAINS(read("locus.svg"), "open-loop poles");
+    const auto step = bf("step loop.yaml -o step.png");
+    EXPECT_CONTAINS(step.out, "final value     0.833333");
+}
+
+TEST_F(Linearize, RefusesWithTheReason) {
+    const auto expect_error = [&](const std::string& command, const std::string& text) {
+        const auto refused = bf(command);
+        EXPECT_NE(refused.code, 0) << command;
+        EXPECT_CONTAINS(refused.err, text);
+    };
+    expect_error("linearize loop.yaml --from gian", "no signal or state 'gian'; did you mean 'gain'");
+    expect_error("linearize loop.yaml -o a.txt", "give a name that ends in .yaml, .json or .mat");
+    expect_error("linearize loop.yaml -o loop.yaml", "loop.yaml");
+    expect_error("bode loop.yaml --to plant --to gain", "from one input to one output");
+    expect_error("bode loop.yaml --loop plant --from r", "--loop excludes --from");
+    expect_error("linearize loop.yaml --at -1", "--at");
+    expect_error("linearize loop.yaml --from-snapshot nofile", "nofile");
+}
+
+} // namespace
+
+} // namespace bf::tools

@@ -31,13 +31,12 @@ TEST(Infer, OneElementHasItsSizeBeforeTheLoopItComesFrom) {
 }
 
 TEST(Infer, ASingleNumberIsAllOfAMatrixThatNothingElseSizes) {
-    const auto state_space = [](const std::string& u, const std::string& A) {
-        return elaborate_text("model: m\nstep: 0.1\nblocks:\n  u: {block: Constant, value: " + u +
-                              "}\n  p: {block: StateSpace, A: " + A +
-                              ", B: 3, C: 4}\n  end: {block: Terminator}\nconnections: {u: p, p: end}\n");
-    };
-    EXPECT_EQ(state_space("1", "-2").size("p.x"), "[1]");
-    EXPECT_EQ(state_space("1", "\"[-2 0; 0 -3]\"").size("p.x"), "[2]"); // where one expands
+    const auto m =
+        elaborate_text("model: m\nstep: 0.1\nsolver: rk4\nblocks:\n  u: {block: Constant, value: 1}\n"
+                       "  p: {block: StateSpace, A: -2, B: 3, C: 4}\n  end: {block: Terminator}\n"
+                       "connections: {u: p, p: end}\n");
+    EXPECT_EQ(m.slot("p", "x").size.count(), 1);
+    EXPECT_EQ(m.slot("p", "A").size.text(), "1x1");
 }
 
 TEST(Infer, LoopOfScalarsTakesTheSizeOfTheInitialValue) {

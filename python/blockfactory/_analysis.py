@@ -48,10 +48,12 @@ class LinearSystem:
 
     @property
     def inputs(self) -> list[str]:
+        """As `from_` named them."""
         return self._native.inputs
 
     @property
     def outputs(self) -> list[str]:
+        """As `to` named them."""
         return self._native.outputs
 
     @property

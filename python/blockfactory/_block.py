@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import re
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, Union, overload
 
@@ -54,6 +55,23 @@ class Argument(_Member):
         return self if instance is None else instance.__dict__[self.name]
 
 
+def _initial(values: Any) -> list[float]:
+    """Column by column; a list of rows is a matrix."""
+    import numpy
+
+    return [float(x) for x in numpy.asarray(values, dtype=float).ravel(order="F")]
+
+
+def _check(shape: Shape) -> None:
+    axes = shape if isinstance(shape, tuple) else (shape,)
+    if len(axes) > 2:
+        raise ValueError(f"a quantity is a scalar, a vector or a matrix, and has no shape {shape}")
+    for axis in axes:
+        is_length = isinstance(axis, int) and not isinstance(axis, bool)
+        if not is_length and not (isinstance(axis, str) and re.fullmatch(r"\*\w*|[A-Za-z]\w*\s*(\+\s*\d+)?", axis.strip())):
+            raise ValueError(f"{axis!r} is no length; write a number, a name for what the wiring decides, 'n+1', or '*'")
+
+
 class _Quantity(_Member):
     def __init__(
         self,
@@ -70,7 +88,8 @@ class _Quantity(_Member):
         feedthrough: bool = True,
     ) -> None:
         self.shape, self.dtype, self.unit, self.doc = shape, dtype, unit, doc
-        self.initial = [float(initial)] if isinstance(initial, (int, float)) else [float(x) for x in initial]
+        self.initial = _initial(initial)
+        _check(shape)
         self.minimum, self.above, self.maximum = minimum, above, maximum
         self.optional, self.feedthrough = optional, feedthrough
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 from . import _native, operations
 from ._expression import changes, expression
 from ._packages import find_robots
-from .errors import UnknownName, WrongValue
+from .errors import FileError, UnknownName, WrongValue
 
 if TYPE_CHECKING:
     from ._analysis import LinearSystem
@@ -373,6 +373,8 @@ def examine(
     what can be known is there nevertheless: sizes, types, rates."""
     find_robots()
     target = model if isinstance(model, _native.Model) else Path(model)
+    if isinstance(target, Path) and not target.is_file():
+        raise FileError(f"cannot read '{model!s}': there is no such file")
     return LoadedModel(_native._examine(target, changes(overrides, variables), list(blocks)), blocks)
 
 

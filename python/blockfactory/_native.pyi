@@ -6,7 +6,10 @@ from numpy.typing import NDArray
 from collections.abc import Sequence
 import os
 import pathlib
-from typing import overload
+from typing import Annotated, overload
+
+import numpy
+from numpy.typing import NDArray
 
 
 class Diagnostic:
@@ -305,6 +308,9 @@ class Recorder:
     @property
     def file(self) -> pathlib.Path: ...
 
+    @property
+    def _is_closed(self) -> bool: ...
+
     def close(self) -> None:
         """
         Completes the file. Throws RunError when something could not be written.
@@ -325,6 +331,154 @@ def _end_record(simulation: Simulation, recording: Recording) -> None: ...
 
 def _load_recording(file: str | os.PathLike[str], into: Recording) -> None: ...
 
+class Margins:
+    """
+    Of a loop that is closed by negative feedback, 1 + L = 0; inf: there is none.
+    """
+
+    @property
+    def gain(self) -> float:
+        """By which L may be multiplied until the loop is unstable, > 1."""
+
+    @property
+    def gain_reduction(self) -> float:
+        """The greatest factor < 1 that makes it unstable; 0: none does."""
+
+    @property
+    def phase(self) -> float:
+        """
+        That L may lose, or must gain where it is negative [degrees]; the least of all crossovers.
+        """
+
+    @property
+    def delay(self) -> float:
+        """That L may get [s]."""
+
+    @property
+    def modulus(self) -> float:
+        """Least distance of L from -1."""
+
+    @property
+    def phase_crossover(self) -> float:
+        """Where L is negative real, of `gain` [rad/s]."""
+
+    @property
+    def gain_crossover(self) -> float:
+        """Where |L| = 1, of `phase` [rad/s]."""
+
+    @property
+    def bandwidth(self) -> float:
+        """Of L/(1 + L): where it first is 3 dB below its value at 0 [rad/s]."""
+
+    @property
+    def is_stable(self) -> bool:
+        """Is the closed loop?"""
+
+class StepResponse:
+    """Of a step of 1 at 0 s, from rest."""
+
+    @property
+    def _time(self) -> list[float]: ...
+
+    @property
+    def _value(self) -> list[float]: ...
+
+    @property
+    def final(self) -> float:
+        """Value that it comes to; nan of an unstable system."""
+
+    @property
+    def overshoot(self) -> float:
+        """% of `final`."""
+
+    @property
+    def peak(self) -> float: ...
+
+    @property
+    def peak_time(self) -> float:
+        """[s]"""
+
+    @property
+    def rise_time(self) -> float:
+        """From 10 % to 90 % of `final` [s]."""
+
+    @property
+    def settling_time(self) -> float:
+        """After which it stays within 2 % of `final` [s]."""
+
+class _LinearizeOptions:
+    def __init__(self, from_: Sequence[str], to: Sequence[str], open: Sequence[str], all_states: bool, by_differences: bool) -> None: ...
+
+class LinearSystem:
+    @property
+    def A(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')]: ...
+
+    @property
+    def B(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')]: ...
+
+    @property
+    def C(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')]: ...
+
+    @property
+    def D(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')]: ...
+
+    @property
+    def x(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]: ...
+
+    @property
+    def u(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]: ...
+
+    @property
+    def y(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]: ...
+
+    @property
+    def states(self) -> list[str]: ...
+
+    @property
+    def inputs(self) -> list[str]: ...
+
+    @property
+    def outputs(self) -> list[str]: ...
+
+    @property
+    def input_units(self) -> list[str]: ...
+
+    @property
+    def output_units(self) -> list[str]: ...
+
+    @property
+    def period(self) -> float: ...
+
+    @property
+    def time(self) -> float: ...
+
+    @property
+    def differenced(self) -> list[str]: ...
+
+    @property
+    def held(self) -> list[str]: ...
+
+    @property
+    def kinks(self) -> list[str]: ...
+
+    def _poles(self) -> list[complex]: ...
+
+    def _zeros(self, output: int, input: int) -> list[complex]: ...
+
+    def _frequencies(self, output: int, input: int, count: int) -> list[float]: ...
+
+    def _response(self, output: int, input: int, omega: Sequence[float]) -> tuple[list[complex], list[float], list[float]]: ...
+
+    def _margins(self, output: int, input: int) -> Margins: ...
+
+    def _step_response(self, output: int, input: int, duration: float) -> StepResponse: ...
+
+    def _root_locus(self, output: int, input: int, gains: Sequence[float]) -> tuple[list[float], list[list[complex]]]: ...
+
+    def _negative(self) -> LinearSystem: ...
+
+def _linearize(model: LoadedModel, options: _LinearizeOptions, time: float) -> LinearSystem: ...
+
 class Simulation:
     def __init__(self, model: LoadedModel) -> None: ...
 
@@ -341,6 +495,8 @@ class Simulation:
     @overload
     def step(self, count: int) -> None:
         """So many base steps."""
+
+    def _last_step(self, duration: float | None, time: float | None) -> int: ...
 
     def _run(self, duration: float | None = None, time: float | None = None, until: str = '') -> bool: ...
 
@@ -373,6 +529,8 @@ class Simulation:
         """
 
     def __contains__(self, path: object, /) -> bool: ...
+
+    def _linearize(self, options: _LinearizeOptions) -> LinearSystem: ...
 
     def _signals(self) -> list[str]: ...
 

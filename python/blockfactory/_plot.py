@@ -48,7 +48,7 @@ def plot(recording: Recording, signals: Sequence[str] | Mapping[str, Sequence[st
         curves = 0
         for series in all_series:
             values = series.values
-            flat = values.reshape(len(values), -1)
+            flat = values.reshape(len(values), len(series.elements()))
             time = series.time[: len(values)]
             for i, element in enumerate(series.elements()):
                 axis.plot(

@@ -181,7 +181,7 @@ class Recording(Mapping[str, Series]):
             columns = {}
             for series in group:
                 values = series.values
-                flat = values.reshape(len(values), -1)
+                flat = values.reshape(len(values), len(series.elements()))
                 for i, element in enumerate(series.elements()):
                     columns[series.path + element] = flat[:, i]
             # An event has the time of the step that it happens in: samples of one time keep their order.

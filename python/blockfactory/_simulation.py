@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import atexit
+import math
 import os
+import weakref
 from collections.abc import Callable, Iterator, Mapping, MutableMapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Union
@@ -111,6 +114,11 @@ class Simulation(_native.Simulation):
     """A running model. One thread at a time steps it, and C++ computes without the GIL; several simulations do not know of
     one another. Signals are arrays: `sim['controller.tau']` is a view of what the signal is now."""
 
+    def __init__(self, model: _native.LoadedModel) -> None:
+        super().__init__(model)
+        self._recorders: list[Recorder] = []
+        _live.add(self)
+
     def linearize(
         self,
         from_: str | Sequence[str] = (),
@@ -151,11 +159,10 @@ class Simulation(_native.Simulation):
         it returns True. Throws StepError where a step fails; Ctrl-C ends it between two steps."""
         if until is None or isinstance(until, str):
             return self._run(duration, to, until or "")
-        if duration is None and to is None:
-            to = self.model.stop
-        end = self.time + duration if duration is not None else to
-        assert end is not None
-        while self.time < end - 0.5 * self.period:
+        if duration is None and to is None and math.isinf(self.model.stop):
+            duration = math.inf
+        last = self._last_step(duration, to)
+        while self.steps < last:
             self.step()
             if until(self):
                 return True
@@ -173,7 +180,9 @@ class Simulation(_native.Simulation):
     def record_to(self, file: str | os.PathLike[str], signals: str | Sequence[str] | None = None) -> Recorder:
         """Records into an MCAP file, with all that `bf replay` needs, until it is closed:
         `with sim.record_to('run.mcap'): sim.run(10)`."""
-        return _native._record_file(self, Path(file), _listed(signals))
+        recorder = _native._record_file(self, Path(file), _listed(signals))
+        self._recorders = [one for one in self._recorders if not one._is_closed] + [recorder]
+        return recorder
 
     def end_record(self, recording: Recording) -> None:
         """A recording in memory grows no longer."""
@@ -197,6 +206,20 @@ class Simulation(_native.Simulation):
 
     def _ipython_key_completions_(self) -> list[str]:
         return self.keys()
+
+
+#: What is closed when the interpreter ends: a run that a function of the script itself observes is never freed.
+_live: weakref.WeakSet[Simulation] = weakref.WeakSet()
+
+
+@atexit.register
+def _end() -> None:
+    for sim in list(_live):
+        for close in (*(recorder.close for recorder in sim._recorders), sim.stop):
+            try:
+                close()
+            except RunError:  # another thread is in it
+                pass
 
 
 def _listed(signals: str | Sequence[str] | None) -> list[str] | None:

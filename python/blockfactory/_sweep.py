@@ -130,7 +130,7 @@ def sweep(
         "texts": texts,
         "axes": [[name, [expression(value) for value in all]] for name, all in zip(names, values)],
         "changes": given + changes(overrides, {}),
-        "finals": list(finals),
+        "finals": [finals] if isinstance(finals, str) else list(finals),
         "jobs": jobs,
     }
     answer = _ask(task, progress)

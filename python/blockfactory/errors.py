@@ -24,6 +24,9 @@ class ModelError(Error, ValueError):
         super().__init__(text)
         self.diagnostics = list(diagnostics)
 
+    def __reduce__(self) -> tuple[type[ModelError], tuple[str]]:  # its text says all that diagnostics do
+        return ModelError, (str(self),)
+
 
 class RunError(Error, RuntimeError):
     """A run cannot do what it is asked for."""
@@ -36,6 +39,9 @@ class StepError(RunError):
     def __init__(self, text: str, time: float) -> None:
         super().__init__(text)
         self.time = time  #: of the step [s]
+
+    def __reduce__(self) -> tuple[type[StepError], tuple[str, float]]:
+        return StepError, (str(self), self.time)
 
 
 class UnknownName(RunError, KeyError):

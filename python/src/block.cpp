@@ -352,7 +352,11 @@ class PythonBlock final : public Block {
                     std::memcpy(copies.target_data[i], before == Before::given ? to : copies.data[i],
                                 bytes_of(ports_[i]));
             }
-            (**instance_).attr(method)(**copies.at, **(copies.*writer));
+            const nb::object returned = (**instance_).attr(method)(**copies.at, **(copies.*writer));
+            if (!returned.is_none())
+                throw std::runtime_error(std::string("its method '") + method + "' returned " +
+                                         nb::cast<std::string>(nb::str(returned.type().attr("__name__"))) +
+                                         ", which nobody takes; write to its last argument");
             for (std::size_t i = 0; i < ports_.size(); ++i)
                 if (void* to = target(ports_[i])) std::memcpy(to, copies.target_data[i], bytes_of(ports_[i]));
             return ok;
@@ -401,6 +405,14 @@ Library library_of(const std::vector<nb::object>& blocks) {
         const auto has = [&](const char* method) {
             return std::find(overrides.begin(), overrides.end(), method) != overrides.end();
         };
+        const nb::dict members = nb::cast<nb::dict>(type.attr("_members"));
+        for (const auto& [role, method] :
+             {std::pair("output", "output"), std::pair("continuous_state", "derivative")})
+            for (const auto& member : members)
+                if (nb::cast<std::string>(member.second.attr("role")) == role && !has(method))
+                    raise("PluginError", nb::cast<std::string>(type.attr("__name__")) + " has no method '" +
+                                             method + "', which gives '" +
+                                             nb::cast<std::string>(member.first) + "' its value");
         const nb::object doc = type.attr("__doc__");
         library.add(BlockClass{library.name(), nb::cast<std::string>(type.attr("__name__")), "python",
                                doc.is_none() ? "" : nb::cast<std::string>(doc),

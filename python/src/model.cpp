@@ -50,6 +50,12 @@ std::shared_ptr<PythonModel> elaborated(fs::path file, formats::Files texts, con
     made->document = formats::read_yaml(file, source.texts);
     static_cast<ExaminedModel&>(made->examined) =
         examine(made->document, std::move(source), nullptr, std::move(registry));
+    for (auto& diagnostic : made->examined.diagnostics)
+        if (diagnostic.message.find("plugin 'python' was not found") != std::string::npos) {
+            diagnostic.message =
+                "the model has blocks that are written in Python, but their classes were not given";
+            diagnostic.remedy = "give them: load(..., blocks=[CLASS, ...])";
+        }
     return made;
 }
 

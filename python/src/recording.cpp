@@ -188,13 +188,16 @@ void bind_recording(nb::module_& m) {
 
     nb::class_<PythonRecorder>(m, "Recorder", "Writes what a run does to an MCAP file, until it is closed.")
         .def_ro("file", &PythonRecorder::file)
+        .def_prop_ro("_is_closed", [](const PythonRecorder& self) { return !self.recorder; })
         .def("close", &PythonRecorder::close,
              "Completes the file. Throws RunError when something could not be written.")
         .def(
             "checkpoint",
             [](PythonRecorder& self) {
                 if (!self.recorder) raise("RunError", "the recording is closed");
-                self.recorder->checkpoint(nb::cast<PythonRun&>(self.simulation).run);
+                PythonRun& run = nb::cast<PythonRun&>(self.simulation);
+                const InUse use(run);
+                self.recorder->checkpoint(run.run);
             },
             "Adds a snapshot of the run, from which a replay can begin.")
         .def(

@@ -18,9 +18,14 @@ namespace {
 thread_local Pending* stepping = nullptr; ///< of the run that this thread is in
 
 [[noreturn]] void raise_failure(PythonRun& self) {
+    const nb::object cause = self.pending.take();
+    if (cause.is_valid() && PyObject_IsInstance(cause.ptr(), PyExc_Exception) == 0) { // as Ctrl-C
+        PyErr_SetObject(cause.type().ptr(), cause.ptr());
+        throw nb::python_error();
+    }
     const nb::object type = nb::module_::import_("blockfactory.errors").attr("StepError");
     const nb::object error = type(self.run.failure(), self.run.time());
-    if (const nb::object cause = self.pending.take(); cause.is_valid()) error.attr("__cause__") = cause;
+    if (cause.is_valid()) error.attr("__cause__") = cause;
     PyErr_SetObject(type.ptr(), error.ptr());
     throw nb::python_error();
 }
@@ -119,8 +124,9 @@ void step(PythonRun& self, std::int64_t count) {
     self.pending.raise();
 }
 
-bool run(PythonRun& self, std::optional<double> duration, std::optional<double> time,
-         const std::string& until) {
+/// Until which step a run goes; `has_event`: it may have no other end.
+std::int64_t last_step(const PythonRun& self, std::optional<double> duration, std::optional<double> time,
+                       bool has_event) {
     double end = std::numeric_limits<double>::infinity();
     if (duration && time) raise("RunError", "both a duration and a time were given; give one");
     if (duration)
@@ -130,13 +136,16 @@ bool run(PythonRun& self, std::optional<double> duration, std::optional<double> 
     else
         end = self.run.stop_time();
     if (std::isnan(end) || end < 0) raise("RunError", "a run does not end at " + std::to_string(end) + " s");
-    if (std::isinf(end) && until.empty())
+    if (std::isinf(end) && !has_event)
         raise("RunError", self.run.name() +
                               " does not say how long it runs: give a duration, run(10), or write "
                               "'stop: SECONDS' in the model");
-    const std::int64_t last =
-        std::isinf(end) ? std::numeric_limits<std::int64_t>::max() : self.run.steps_before(end);
-    return advance(self, last, until);
+    return std::isinf(end) ? std::numeric_limits<std::int64_t>::max() : self.run.steps_before(end);
+}
+
+bool run(PythonRun& self, std::optional<double> duration, std::optional<double> time,
+         const std::string& until) {
+    return advance(self, last_step(self, duration, time, !until.empty()), until);
 }
 
 const Quantity& signal(PythonRun& self, const std::string& path) {
@@ -302,6 +311,12 @@ void bind_simulation(nb::module_& m) {
         .def(
             "step", [](PythonRun& self) { step(self, 1); }, "One base step. Throws StepError.")
         .def("step", step, nb::arg("count"), "So many base steps.")
+        .def(
+            "_last_step",
+            [](const PythonRun& self, std::optional<double> duration, std::optional<double> time) {
+                return last_step(self, duration, time, true);
+            },
+            nb::arg("duration").none(), nb::arg("time").none())
         .def("_run", run, nb::arg("duration") = nb::none(), nb::arg("time") = nb::none(),
              nb::arg("until") = "")
         .def_prop_ro(

@@ -181,7 +181,7 @@ def test_a_start_that_raises_is_no_start():
         raise OSError("no device")
 
     with pytest.raises(bf.RunError, match="b: OSError: no device"):
-        around(type("Device", (bf.Block,), {"y": bf.Output(), "start": start})).simulate()
+        around(type("Device", (bf.Block,), {"y": bf.Output(), "start": start, "output": lambda *_: None})).simulate()
 
 
 def test_what_a_block_keeps_of_a_run_outlives_the_run():
@@ -218,9 +218,9 @@ def test_what_is_no_block_is_refused():
     with pytest.raises(bf.RunError, match="needs a default"):
         bf.block(lambda u, *, k: u)
     with pytest.raises(bf.ModelError, match="no unit 'parsec'"):
-        around(type("Bad", (bf.Block,), {"y": bf.Output(unit="parsec")}))
+        around(type("Bad", (bf.Block,), {"y": bf.Output(unit="parsec"), "output": lambda *_: None}))
     with pytest.raises(bf.ModelError, match="no element type 'complex'"):
-        around(type("Bad", (bf.Block,), {"y": bf.Output(dtype="complex")}))
+        around(type("Bad", (bf.Block,), {"y": bf.Output(dtype="complex"), "output": lambda *_: None}))
 
 
 def test_generated_code_and_sweeps_refuse_blocks_in_python_by_name(tmp_path):
@@ -298,6 +298,9 @@ def test_initial_values_that_do_not_fit_are_refused():
         y = bf.Output(3)
         x = bf.DiscreteState(3, initial=[1, 2])
 
+        def output(self, at, out):
+            out.y = at.x
+
     with pytest.raises(bf.ModelError, match=r"'x' has 2 initial values, but size \[3\]; give one number for all"):
         around(Wrong)
 
@@ -307,5 +310,84 @@ def test_shapes_that_nothing_has_are_refused(shape, why):
     class Wrong(bf.Block):
         y = bf.Output(shape)
 
+        def output(self, at, out):
+            pass
+
     with pytest.raises(bf.ModelError, match=why):
         around(Wrong)
+
+
+def test_blocks_that_compute_nothing_are_refused():
+    class Silent(bf.Block):
+        y = bf.Output()
+
+    class Returns(bf.Block):
+        y = bf.Output()
+
+        def output(self, at, out):
+            return 3.0
+
+    with pytest.raises(bf.PluginError, match="Silent has no method 'output', which gives 'y' its value"):
+        around(Silent)
+    with pytest.raises(bf.StepError, match="its method 'output' returned float, which nobody takes; write to its last argument"):
+        around(Returns).simulate().step()
+
+
+@pytest.mark.parametrize("shape", [(2, 3, 4), "n-1", "2*n", 2.0, None, [2]])
+def test_a_shape_that_says_nothing_is_refused_where_it_is_written(shape):
+    with pytest.raises(ValueError, match="no length|has no shape"):
+        bf.Input(shape)
+
+
+def test_initial_values_of_a_matrix_are_its_rows():
+    class Held(bf.Block):
+        y = bf.Output((2, 3))
+        x = bf.DiscreteState((2, 3), initial=np.arange(6.0).reshape(2, 3))
+
+        def output(self, at, out):
+            out.y = at.x
+
+    sim = around(Held).simulate()
+    sim.step()
+    np.testing.assert_array_equal(sim["b"], [[0, 1, 2], [3, 4, 5]])
+
+
+def test_ctrl_c_in_a_block_is_ctrl_c():
+    @bf.block
+    def Interrupted(u):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        around(Interrupted).simulate().run(1)
+
+
+def test_a_model_without_the_classes_of_its_blocks_says_so():
+    m = bf.Model("m").add("one", "Constant").add("b", "python/LowPass").set("", step=0.1).connect("one", "b")
+    with pytest.raises(bf.ModelError, match=r"classes were not given; give them: load\(..., blocks=\[CLASS, ...\]\)"):
+        bf.load(m)
+
+
+SCRIPT = """
+import blockfactory as bf
+
+class Pass(bf.Block):
+    u = bf.Input()
+    y = bf.Output()
+    def output(self, at, out):
+        out.y = at.u
+    def stop(self, at):
+        print("stopped")
+
+m = bf.Model("m").add("one", "Constant").add("b", "python/Pass").add("e", "Terminator").set("", step=0.1)
+sim = bf.load(m.connect("one", "b").connect("b", "e"), blocks=[Pass]).simulate()
+sim.observe(lambda of: None)
+recorder = sim.record_to("run.mcap", "b")
+sim.step(5)
+"""
+
+
+def test_a_script_that_ends_closes_its_devices_and_recordings(tmp_path):
+    done = subprocess.run([sys.executable, "-c", SCRIPT], cwd=tmp_path, capture_output=True, text=True)
+    assert (done.returncode, done.stdout) == (0, "stopped\n"), done.stderr
+    recording = bf.read_recording(tmp_path / "run.mcap")
+    assert recording.complete and len(recording["b"]) == 5

@@ -138,3 +138,17 @@ def test_a_table_has_the_samples_of_events_in_their_order():
     height = recording["height"]
     np.testing.assert_array_equal(table["height"].dropna(), height.values)
     assert table.index.is_monotonic_increasing and table.index.duplicated().any()
+
+
+def test_a_recording_without_samples_shows_itself(oscillator):
+    recording = oscillator.simulate().record()
+    assert len(recording.to_pandas()) == 0
+    assert recording._repr_svg_().startswith("<?xml")
+
+
+def test_a_checkpoint_is_not_made_within_a_step(oscillator, tmp_path):
+    sim = oscillator.simulate()
+    recorder = sim.record_to(tmp_path / "a.mcap")
+    sim.observe(lambda of: recorder.checkpoint())
+    with pytest.raises(bf.RunError, match="stepped by another thread, or by its own observer"):
+        sim.step()

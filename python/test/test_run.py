@@ -287,3 +287,29 @@ def test_ctrl_c_ends_a_run_between_two_steps():
     )
     ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=20)
     assert ended.stdout == "interrupted\n", ended.stderr
+
+
+def test_errors_go_from_process_to_process():
+    import pickle
+
+    step = pickle.loads(pickle.dumps(bf.StepError("b: failed", 0.1)))
+    assert (str(step), step.time) == ("b: failed", 0.1)
+    with pytest.raises(bf.ModelError) as raised:
+        bf.load(bf.Model("m").add("a", "Gian"))
+    assert str(pickle.loads(pickle.dumps(raised.value))) == str(raised.value)
+
+
+def test_a_function_ends_a_run_where_a_text_does(oscillator):
+    for how in ({"duration": 0.0151}, {"to": 0.012}, {"duration": 0.01}):
+        plain, asked = oscillator.simulate(), oscillator.simulate()
+        plain.run(**how)
+        assert asked.run(**how, until=lambda of: False) is False
+        assert asked.steps == plain.steps
+    for how in ({"duration": float("nan")}, {"duration": -1}, {"duration": 1, "to": 5}):
+        with pytest.raises(bf.RunError):
+            oscillator.simulate().run(**how, until=lambda of: False)
+
+
+def test_a_file_that_is_not_there_is_an_error_of_files():
+    with pytest.raises(bf.FileError, match="cannot read 'nofile.yaml': there is no such file"):
+        bf.load("nofile.yaml")

@@ -88,7 +88,7 @@ TEST_F(Linearize, RefusesWithTheReason) {
     expect_error("linearize loop.yaml -o a.txt", "give a name that ends in .yaml, .json or .mat");
     expect_error("linearize loop.yaml -o loop.yaml", "loop.yaml");
     expect_error("bode loop.yaml --to plant --to gain", "from one input to one output");
-    expect_error("bode loop.yaml --loop plant --from r", "--loop excludes --from");
+    expect_error("bode loop.yaml --loop plant --from r", "--from excludes --loop");
     expect_error("linearize loop.yaml --at -1", "--at");
     expect_error("linearize loop.yaml --from-snapshot nofile", "nofile");
 }

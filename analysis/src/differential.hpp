@@ -30,6 +30,8 @@ class Differential {
     /// What is done to a signal as soon as it is computed: adding an input, cutting.
     void at(const Node::End& signal, std::function<void(Eigen::Block<Rows>)> change);
 
+    int seeds() const { return seeds_; }
+
     using Runs = std::function<bool(int node)>; ///< does it run in this pass?
     void outputs(const Runs& runs);
     void updates(const Runs& runs);

@@ -33,6 +33,12 @@ class Linearization {
         from_ = channels(options.from, d_.inputs, "input", "--from");
         to_ = channels(options.to, d_.outputs, "output", "--to");
         for (const auto& path : options.open) open_.push_back(find(path));
+        for (const auto* channels : {&from_, &open_})
+            for (const auto& channel : *channels)
+                if (is_state(slot(channel.end).role))
+                    throw RunError("'" + channel.name +
+                                   "' is a state, to which nothing is added and which nobody reads as "
+                                   "a signal; name an output of its block, or what it follows from");
         for (int n = 0; n < static_cast<int>(d_.nodes.size()); ++n)
             for (int s = 0; s < static_cast<int>(slots(n).size()); ++s)
                 if (is_state(slot({n, s}).role) && is_real({n, s})) states_.push_back(whole({n, s}));
@@ -49,7 +55,7 @@ class Linearization {
         whole.derivatives(every);
         const Matrix y = outputs(whole), next = advanced(whole);
         find_paths(next, y, whole);
-        find_rates();
+        if (!options_.at_once) find_rates();
         if (needs_map())
             map_period();
         else {
@@ -77,6 +83,7 @@ class Linearization {
         return slot(end).type == Type::float64 || slot(end).type == Type::float32;
     }
     const std::string& path(int node) const { return d_.nodes[static_cast<std::size_t>(node)].path; }
+    bool keeps_all() const { return options_.all_states || options_.at_once; }
     static int size(const std::vector<Channel>& channels) {
         int count = 0;
         for (const auto& channel : channels) count += static_cast<int>(channel.elements.size());
@@ -151,7 +158,7 @@ class Linearization {
                     found.push_back(whole(port.end));
                     found.back().name = port.path;
                 }
-        if (found.empty())
+        if (found.empty() && !options_.at_once)
             throw RunError("the model has no " + what +
                            " at its root that is a real number; name signals with " + option);
         return found;
@@ -220,14 +227,14 @@ class Linearization {
                 all.emplace_back(is_before ? Eigen::RowVectorXd(known->second.row(i))
                                            : Eigen::RowVectorXd(differential.rows(channel.end).row(i)));
             }
-        Matrix y(static_cast<Eigen::Index>(all.size()), all.front().cols());
+        Matrix y(static_cast<Eigen::Index>(all.size()), differential.seeds());
         for (std::size_t i = 0; i < all.size(); ++i) y.row(static_cast<Eigen::Index>(i)) = all[i];
         return y;
     }
 
     /// Of each state, x' or x⁺.
     Matrix advanced(Differential& differential) const {
-        Matrix next(size(states_), differential.rows(to_.front().end).cols());
+        Matrix next(size(states_), differential.seeds());
         int row = 0;
         for (const auto& state : states_) {
             const auto count = static_cast<int>(state.elements.size());
@@ -275,12 +282,12 @@ class Linearization {
             if (seen[n]) seen_nodes.insert(nodes[n]);
             if (driven[n] && seen[n]) on_path_.insert(nodes[n]);
             if (seen[n]) ends.insert(nodes[n]);
-            if ((driven[n] && seen[n]) || options_.all_states) kept_.push_back(i);
+            if ((driven[n] && seen[n]) || keeps_all()) kept_.push_back(i);
         }
         // In a ring of samples, what is written in this step is seen in a later one.
         for (const int node : driven_nodes)
-            if (seen_nodes.contains(node)) check_counters(node);
-        if (options_.all_states)
+            if (seen_nodes.contains(node) && !options_.at_once) check_counters(node);
+        if (keeps_all())
             for (const int i : kept_) ends.insert(nodes[static_cast<std::size_t>(i)]);
         // Blocks without states are on a path where they change with the inputs and somebody on it reads
         // them.

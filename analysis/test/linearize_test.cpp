@@ -315,6 +315,10 @@ TEST(Linearize, GoesOnFromARunAndLeavesItWhereItWas) {
 TEST(Linearize, RefusesWhatItCannotWithItsPlaceAndRemedy) {
     EXPECT_EQ(refusal(oscillator, {.to = {"positoin"}}),
               "the model has no signal or state 'positoin'; did you mean 'position'?");
+    EXPECT_EQ(refusal(oscillator, {.from = {"position.x"}}),
+              "'position.x' is a state, to which nothing is added and which nobody reads as a signal; name "
+              "an output of "
+              "its block, or what it follows from");
     EXPECT_EQ(refusal(oscillator, {.from = {"u[2]"}}), "'u' has a single element, and not [2]");
     EXPECT_EQ(refusal("model: m\nstep: 1\nblocks:\n  a: {block: Constant, value: 1}\n"),
               "the model has no input at its root that is a real number; name signals with --from");

@@ -14,14 +14,15 @@ namespace bf::analysis {
 struct LinearizeOptions {
     /// Where the input is added: an input of the root, or any signal, to whose value it is added for all that
     /// read it. None: all inputs of the root.
-    std::vector<std::string> from;
+    std::vector<std::string> from = {};
     /// What is looked at: signals, and states by "block.state". None: all outputs of the root.
-    std::vector<std::string> to;
+    std::vector<std::string> to = {};
     /// Signals that are cut: what reads them gets the input that is added there, or nothing that changes;
     /// what is looked at is what stands before the cut. A loop that is cut at a signal which is input and
     /// output has its open-loop transfer function, with its own sign.
-    std::vector<std::string> open;
-    bool all_states = false;     ///< also those that are on no path from an input to an output
+    std::vector<std::string> open = {};
+    bool all_states = false; ///< also those that are on no path from an input to an output
+    bool at_once = false;    ///< all states side by side, x' or x⁺ at this instant, whatever their rates
     bool by_differences = false; ///< of every block: to compare with the exact derivatives
 };
 

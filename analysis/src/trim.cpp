@@ -1,0 +1,362 @@
+#include "bf/analysis/trim.hpp"
+
+#include "bf/analysis/linearize.hpp"
+#include "bf/core/registry.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <functional>
+#include <kinsol/kinsol.h>
+#include <memory>
+#include <nvector/nvector_serial.h>
+#include <sunlinsol/sunlinsol_dense.h>
+#include <sunmatrix/sunmatrix_dense.h>
+#include <utility>
+
+namespace bf::analysis {
+
+namespace {
+
+constexpr double tolerance = 1e-10; ///< of residuals, relative where values are larger than 1
+
+/// Sees a step before its states change.
+class Watch final : public Run::Observer {
+  public:
+    explicit Watch(std::function<void()> look) : look_(std::move(look)) {}
+    void observe(const Run& run) noexcept override {
+        if (!run.shows_event() && look_) std::exchange(look_, {})();
+    }
+
+  private:
+    std::function<void()> look_;
+};
+
+/// An element of the diagram's memory that is found, held or looked at.
+struct Variable {
+    std::string name;
+    Node::End end;
+    int element = 0;
+    double lower = -std::numeric_limits<double>::infinity(), upper = std::numeric_limits<double>::infinity();
+
+    bool has_lower() const { return std::isfinite(lower); }
+    bool has_upper() const { return std::isfinite(upper); }
+    /// The value of a number without bounds, and back, and the slope of that.
+    double outward(double z) const {
+        if (has_lower() && has_upper()) return lower + (upper - lower) / 2 * (std::sin(z) + 1);
+        if (has_lower()) return lower - 1 + std::sqrt(z * z + 1);
+        return has_upper() ? upper + 1 - std::sqrt(z * z + 1) : z;
+    }
+    double inward(double x) const {
+        if (has_lower() && has_upper())
+            return std::asin(std::clamp(2 * (x - lower) / (upper - lower) - 1, -0.999, 0.999));
+        const double room = has_lower() ? x - lower : upper - x;
+        return has_lower() || has_upper()
+                   ? std::sqrt(std::max(std::pow(std::max(room, 0.0) + 1, 2) - 1, 1e-4))
+                   : x;
+    }
+    double slope(double z) const {
+        if (has_lower() && has_upper()) return (upper - lower) / 2 * std::cos(z);
+        const double root = z / std::sqrt(z * z + 1);
+        return has_lower() ? root : has_upper() ? -root : 1;
+    }
+};
+
+class Trim {
+  public:
+    Trim(Simulation& run, const TrimOptions& options)
+        : run_(run), d_(run.diagram()), context_(run.context()) {
+        find_variables(options);
+        start_ = run_.snapshot();
+        const auto count = unknowns_.size(), wanted = states_.size() + targets_.size();
+        if (count == wanted && count > 0) return;
+        throw RunError("there are " + std::to_string(count) + " free numbers (" + list(unknowns_) + ") for " +
+                       std::to_string(wanted) + " equations (that " + list(states_) + " rest" +
+                       (targets_.empty() ? "" : ", and the targets of " + list(targets_)) +
+                       "); free an input or give a target, or hold a state, for each that is missing");
+    }
+
+    TrimResult operator()() {
+        const auto n = static_cast<sunindextype>(unknowns_.size());
+        SUNContext context = nullptr;
+        if (SUNContext_Create(nullptr, &context) != 0) throw std::bad_alloc();
+        const std::shared_ptr<void> own(nullptr, [&](void*) { SUNContext_Free(&context); });
+        const std::shared_ptr<_generic_N_Vector> z(N_VNew_Serial(n, context), N_VDestroy),
+            ones(N_VNew_Serial(n, context), N_VDestroy);
+        const std::shared_ptr<_generic_SUNMatrix> matrix(SUNDenseMatrix(n, n, context), SUNMatDestroy);
+        const std::shared_ptr<_generic_SUNLinearSolver> linear(
+            SUNLinSol_Dense(z.get(), matrix.get(), context), [](SUNLinearSolver s) { SUNLinSolFree(s); });
+        const std::shared_ptr<void> memory(KINCreate(context), [](void* m) { KINFree(&m); });
+        N_VConst(1, ones.get());
+        for (sunindextype i = 0; i < n; ++i) {
+            const auto& unknown = unknowns_[static_cast<std::size_t>(i)];
+            N_VGetArrayPointer(z.get())[i] = unknown.inward(value(unknown));
+        }
+        KINSetErrHandlerFn(
+            memory.get(), [](int, const char*, const char*, char*, void*) {}, nullptr);
+        KINSetInfoHandlerFn(
+            memory.get(), [](const char*, const char*, char*, void*) {}, nullptr);
+        KINInit(memory.get(), residual, z.get());
+        KINSetUserData(memory.get(), this);
+        KINSetLinearSolver(memory.get(), linear.get(), matrix.get());
+        KINSetJacFn(memory.get(), jacobian);
+        KINSetFuncNormTol(memory.get(), tolerance);
+        KINSetScaledStepTol(memory.get(), 1e-14);
+        KINSetMaxSetupCalls(memory.get(), 1);
+        KINSetNumMaxIters(memory.get(), 200);
+        static_cast<void>(KINSol(memory.get(), z.get(), KIN_LINESEARCH, ones.get(), ones.get()));
+        if (error_) std::rethrow_exception(error_);
+        return finish(N_VGetArrayPointer(z.get()));
+    }
+
+  private:
+    const Slot& slot(const Node::End& end) const { return d_.slot(end); }
+    double value(const Variable& v) const {
+        return read_value(context_.data(v.end.node, v.end.slot), slot(v.end).type, v.element);
+    }
+    void set(const Variable& v, double x) {
+        const Type type = slot(v.end).type;
+        for (void* memory :
+             {context_.data(v.end.node, v.end.slot), context_.next_data(v.end.node, v.end.slot)})
+            if (memory) write_values(static_cast<std::byte*>(memory) + v.element * bytes(type), type, 1, {x});
+    }
+    static std::string list(const std::vector<Variable>& all) {
+        std::string text;
+        for (std::size_t i = 0; i < all.size() && i < 8; ++i) text += (i ? ", " : "") + all[i].name;
+        return all.empty() ? "none" : all.size() > 8 ? text + ", ..." : text;
+    }
+
+    // ---- what is free, held and wanted
+
+    void add(std::vector<Variable>& to, const std::string& path, const Node::End& end) {
+        const Slot& its = slot(end);
+        if (its.type != Type::float64 && its.type != Type::float32) return;
+        for (int e = 0; e < its.size.count(); ++e)
+            to.push_back({its.size.count() == 1 ? path : path + d_.element_text(end, e), end, e});
+    }
+    /// Those of that name, of an element or of a whole signal.
+    std::vector<Variable> named(const std::vector<Variable>& all, const std::string& name,
+                                const char* what) const {
+        std::vector<Variable> found;
+        std::vector<std::string> names;
+        for (const auto& v : all) {
+            const bool is_known =
+                std::any_of(found.begin(), found.end(), [&](const auto& f) { return is_same(f, v); });
+            if (!is_known && (v.name == name || v.name.starts_with(name + "["))) found.push_back(v);
+            names.push_back(v.name);
+        }
+        if (found.empty())
+            throw RunError("there is no " + std::string(what) + " '" + name + "'" +
+                           did_you_mean(name, names));
+        return found;
+    }
+    static bool is_same(const Variable& a, const Variable& b) {
+        return a.end.node == b.end.node && a.end.slot == b.end.slot && a.element == b.element;
+    }
+
+    void find_variables(const TrimOptions& options) {
+        std::vector<Variable> inputs, signals;
+        for (int n = 0; n < static_cast<int>(d_.nodes.size()); ++n) {
+            const auto& node = d_.nodes[static_cast<std::size_t>(n)];
+            const auto& slots = node.block->resolution().slots;
+            for (int s = 0; s < static_cast<int>(slots.size()); ++s)
+                if (is_state(slots[static_cast<std::size_t>(s)].role) && node.condition == 0 && rests(node))
+                    add(states_, node.path + "." + slots[static_cast<std::size_t>(s)].name, {n, s});
+        }
+        for (const auto& port : d_.inputs) add(inputs, port.path, port.end);
+        for (const auto& signal : d_.signals()) add(signals, signal.path, signal.end);
+        for (const auto& node : d_.nodes)
+            if (const auto end = d_.find_signal(node.path); end.node >= 0) add(signals, node.path, end);
+        for (const auto& port : d_.outputs) add(signals, port.path, port.end);
+        unknowns_ = states_;
+        for (const auto& name : options.free)
+            for (auto& v : named(inputs, name, "input of the root"))
+                if (std::none_of(unknowns_.begin(), unknowns_.end(),
+                                 [&](const auto& u) { return is_same(u, v); })) {
+                    unknowns_.push_back(v);
+                    inputs_.push_back(v.name);
+                }
+        auto all = states_;
+        all.insert(all.end(), inputs.begin(), inputs.end());
+        for (const auto& [name, x] : options.hold)
+            for (const auto& v : named(all, name, "state or input")) {
+                std::erase_if(unknowns_, [&](const Variable& u) { return is_same(u, v); });
+                held_.emplace_back(v, x);
+            }
+        for (const auto& [name, lower, upper] : options.bounds) {
+            if (!(lower < upper)) throw RunError("the bounds of '" + name + "' leave nothing between them");
+            for (const auto& v : named(unknowns_, name, "free input or state"))
+                for (auto& u : unknowns_)
+                    if (is_same(u, v)) u.lower = lower, u.upper = upper;
+        }
+        for (const auto& [name, x] : options.target)
+            for (const auto& v : named(signals, name, "signal")) {
+                targets_.push_back(v);
+                wanted_.push_back(x);
+            }
+    }
+
+    // ---- the equations
+
+    void go_to(const double* z) {
+        run_.restore(start_);
+        for (const auto& [v, x] : held_) set(v, x);
+        for (std::size_t i = 0; i < unknowns_.size(); ++i) set(unknowns_[i], unknowns_[i].outward(z[i]));
+    }
+    /// Can its states rest? What is disabled, triggered or late keeps its states.
+    bool rests(const DiagramNode& node) const {
+        const auto& rate = d_.rates[static_cast<std::size_t>(node.rate)];
+        return rate.trigger == 0 && rate.offset == 0 && !rate.is_constant;
+    }
+
+    /// x' of continuous states, x⁺ - x of sampled ones, y - target.
+    std::vector<double> residuals(const double* z) {
+        std::vector<double> all;
+        go_to(z);
+        Watch watch([&] {
+            for (int n = 0; n < static_cast<int>(d_.nodes.size()); ++n)
+                for (const Phase phase : {Phase::derivative, Phase::update})
+                    if (rests(d_.nodes[static_cast<std::size_t>(n)]))
+                        for (int i = 0; i < context_.activities(n, phase); ++i)
+                            static_cast<void>(context_.task(n, phase, i)());
+            for (const auto& v : states_) {
+                const Frame& frame = context_.frame(v.end.node);
+                const Slot& its = slot(v.end);
+                all.push_back(its.role == Role::continuous_state
+                                  ? read_value(frame.rate[v.end.slot], its.type, v.element)
+                                  : read_value(frame.next[v.end.slot], its.type, v.element) - value(v));
+            }
+            for (std::size_t i = 0; i < targets_.size(); ++i) all.push_back(value(targets_[i]) - wanted_[i]);
+        });
+        run_.add_observer(watch);
+        const Status status = run_.step();
+        run_.remove_observer(watch);
+        if (!status) all.clear();
+        return all;
+    }
+
+    static int residual(N_Vector z, N_Vector f, void* self) {
+        auto& trim = *static_cast<Trim*>(self);
+        try {
+            const auto all = trim.residuals(N_VGetArrayPointer(z));
+            for (std::size_t i = 0; i < all.size(); ++i) {
+                if (!std::isfinite(all[i])) return 1; // KINSOL tries a smaller step
+                N_VGetArrayPointer(f)[i] = all[i];
+            }
+            return all.empty() ? 1 : 0;
+        } catch (...) {
+            trim.error_ = std::current_exception();
+            return -1;
+        }
+    }
+
+    /// By all unknowns, of which linearize knows those that are held, too.
+    Matrix slopes(const double* z) {
+        go_to(z);
+        LinearizeOptions options{.from = inputs_, .at_once = true};
+        for (const auto& v : targets_) options.to.push_back(v.name);
+        const auto system = linearize(run_, options);
+        Matrix all(states_.size() + targets_.size(), unknowns_.size());
+        // linearize also has the states that keep theirs.
+        std::vector<Eigen::Index> rows;
+        for (const auto& v : states_)
+            rows.push_back(std::find(system.states.begin(), system.states.end(), v.name) -
+                           system.states.begin());
+        for (std::size_t j = 0; j < unknowns_.size(); ++j) {
+            const auto state = std::find_if(states_.begin(), states_.end(),
+                                            [&](const Variable& v) { return is_same(v, unknowns_[j]); });
+            const bool is_state = state != states_.end();
+            const auto number = static_cast<std::size_t>(state - states_.begin());
+            const auto column =
+                is_state ? rows[number] : static_cast<Eigen::Index>(j - (unknowns_.size() - inputs_.size()));
+            const auto to = static_cast<Eigen::Index>(j);
+            all.col(to) << (is_state ? system.A : system.B)(rows, column),
+                (is_state ? system.C : system.D).col(column);
+            if (is_state && slot(state->end).role == Role::discrete_state)
+                all(static_cast<Eigen::Index>(number), to) -= 1;
+            all.col(to) *= unknowns_[j].slope(z[j]);
+        }
+        return all;
+    }
+
+    static int jacobian(N_Vector z, N_Vector, SUNMatrix to, void* self, N_Vector, N_Vector) {
+        auto& trim = *static_cast<Trim*>(self);
+        try {
+            const Matrix slopes = trim.slopes(N_VGetArrayPointer(z));
+            for (Eigen::Index j = 0; j < slopes.cols(); ++j)
+                for (Eigen::Index i = 0; i < slopes.rows(); ++i) SM_ELEMENT_D(to, i, j) = slopes(i, j);
+            return 0;
+        } catch (...) {
+            trim.error_ = std::current_exception();
+            return -1;
+        }
+    }
+
+    TrimResult finish(const double* z) {
+        const auto left = residuals(z);
+        TrimResult result;
+        double largest = 1;
+        for (std::size_t i = 0; i < unknowns_.size(); ++i) {
+            result.free.emplace_back(unknowns_[i].name, unknowns_[i].outward(z[i]));
+            largest = std::max(largest, std::abs(result.free.back().second));
+        }
+        std::size_t worst = 0;
+        for (std::size_t i = 0; i < left.size(); ++i) {
+            const bool is_state = i < states_.size();
+            const auto& of = is_state ? states_[i] : targets_[i - states_.size()];
+            result.residuals.emplace_back(of.name, left[i]);
+            if (!(std::abs(left[i]) <= std::abs(left[worst]))) worst = i;
+        }
+        if (left.empty() || !(std::abs(left[worst]) <= 1e-7 * largest)) fail(z, left, worst);
+        go_to(z);
+        return result;
+    }
+
+    [[noreturn]] void fail(const double* z, const std::vector<double>& left, std::size_t worst) {
+        run_.restore(start_);
+        if (left.empty())
+            throw RunError("no operating point was found: a step fails there; give other initial states");
+        const bool is_state = worst < states_.size();
+        const auto& of = is_state ? states_[worst] : targets_[worst - states_.size()];
+        const char* what = !is_state                                     ? " misses its target by "
+                           : slot(of.end).role == Role::continuous_state ? " still moves, per second by "
+                                                                         : " still moves, per sample by ";
+        const Matrix by = slopes(z);
+        run_.restore(start_);
+        Eigen::Index most = 0;
+        by.row(static_cast<Eigen::Index>(worst)).cwiseAbs().maxCoeff(&most);
+        std::string text =
+            "no operating point was found: '" + of.name + "'" + what + std::to_string(left[worst]) + ", and ";
+        std::string at_bounds;
+        for (std::size_t i = 0; i < unknowns_.size(); ++i) {
+            const double x = unknowns_[i].outward(z[i]);
+            const double room = 1e-3 * std::max(1.0, std::abs(x));
+            if (x - unknowns_[i].lower < room || unknowns_[i].upper - x < room)
+                at_bounds += (at_bounds.empty() ? "'" : ", '") + unknowns_[i].name + "'";
+        }
+        if (!at_bounds.empty())
+            text += at_bounds + " is at its bound; widen it, or ask for less";
+        else if (by.row(static_cast<Eigen::Index>(worst)).cwiseAbs().maxCoeff() < 1e-9)
+            text += "nothing that is free changes that; free another input, or hold another state";
+        else
+            text += "it depends most on '" + unknowns_[static_cast<std::size_t>(most)].name +
+                    "'; begin nearer, free another input, or hold another state";
+        throw RunError(text);
+    }
+
+    Simulation& run_;
+    const Diagram& d_;
+    Context& context_;
+    std::vector<std::byte> start_;
+    std::vector<Variable> states_, unknowns_, targets_;
+    std::vector<std::string> inputs_; ///< names of the free ones, which are the last unknowns
+    std::vector<std::pair<Variable, double>> held_;
+    std::vector<double> wanted_;
+    std::exception_ptr error_;
+};
+
+} // namespace
+
+TrimResult trim(Simulation& run, const TrimOptions& options) { return Trim(run, options)(); }
+
+} // namespace bf::analysis

@@ -1,0 +1,102 @@
+#include "bf/analysis/trim.hpp"
+
+#include "../../engine/test/support.hpp"
+
+#include <gtest/gtest.h>
+
+namespace bf::analysis::test {
+
+using bf::test::Session;
+
+namespace {
+
+/// A pendulum with friction that a torque holds: ω' = u - 9.81 sin θ - 0.1 ω.
+const std::string pendulum = R"m(
+model: pendulum
+step: 0.01
+solver: rk4
+inputs: [u]
+outputs: [angle]
+blocks:
+  alpha: {block: Fcn, expression: u1 - 9.81*sin(u2) - 0.1*u3}
+  omega: {block: Integrator}
+  theta: {block: Integrator, initial: 0.3}
+connections:
+  u: alpha.u1
+  theta: [alpha.u2, angle]
+  omega: [alpha.u3, theta]
+  alpha: omega
+)m";
+
+double number(const std::vector<NamedNumber>& all, const std::string& name) {
+    for (const auto& [known, value] : all)
+        if (known == name) return value;
+    throw std::runtime_error("no " + name);
+}
+
+std::string refusal(const std::string& text, const TrimOptions& options) {
+    Session session(text);
+    try {
+        trim(*session.simulation, options);
+    } catch (const RunError& error) {
+        return error.what();
+    }
+    return "";
+}
+
+} // namespace
+
+TEST(Trim, FindsTheTorqueThatHoldsAPendulum) {
+    Session session(pendulum);
+    const auto found = trim(*session.simulation, {.free = {"u"}, .target = {{"angle", 0.5}}});
+    EXPECT_NEAR(number(found.free, "u"), 9.81 * std::sin(0.5), 1e-9);
+    EXPECT_NEAR(number(found.free, "theta.x"), 0.5, 1e-9);
+    EXPECT_NEAR(number(found.residuals, "omega.x"), 0, 1e-9);
+    // The run stays there.
+    ASSERT_TRUE(session.simulation->run_until(5));
+    EXPECT_NEAR(session("theta"), 0.5, 1e-6);
+}
+
+TEST(Trim, HoldsStatesAndKeepsBounds) {
+    Session session(pendulum);
+    const auto held = trim(*session.simulation, {.free = {"u"}, .hold = {{"theta.x", -0.2}}});
+    EXPECT_NEAR(number(held.free, "u"), 9.81 * std::sin(-0.2), 1e-9);
+    // Two angles have that torque; the bounds tell which.
+    const auto upper = trim(*session.simulation, {.hold = {{"u", 5}}, .bounds = {{"theta.x", 2, 3}}});
+    EXPECT_NEAR(number(upper.free, "theta.x"), M_PI - std::asin(5 / 9.81), 1e-7);
+}
+
+TEST(Trim, OfASampledSystemIsItsFixedPoint) {
+    Session session(R"m(
+model: m
+step: 0.1
+inputs: [u]
+outputs: [y]
+blocks:
+  sum: {block: Sum}
+  x: {block: UnitDelay, period: 0.2}
+  k: {block: Gain, K: 0.5}
+connections: {u: sum.u1, k: sum.u2, sum: x, x: [k, y]}
+)m");
+    const auto found = trim(*session.simulation, {.free = {"u"}, .target = {{"y", 4}}});
+    EXPECT_NEAR(number(found.free, "u"), 2, 1e-9);
+}
+
+TEST(Trim, SaysWhichVariableIsInTheWay) {
+    EXPECT_EQ(refusal(pendulum, {.free = {"u"}}),
+              "there are 3 free numbers (omega.x, theta.x, u) for 2 equations (that omega.x, theta.x rest); "
+              "free an input "
+              "or give a target, or hold a state, for each that is missing");
+    const auto bounded =
+        refusal(pendulum, {.free = {"u"}, .target = {{"angle", 0.5}}, .bounds = {{"u", -1, 1}}});
+    EXPECT_EQ(bounded.find("no operating point was found: '"), 0u);
+    EXPECT_NE(bounded.find("'u' is at its bound; widen it, or ask for less"), std::string::npos) << bounded;
+    // 20 is more than gravity ever gives.
+    const auto none = refusal(pendulum, {.hold = {{"u", 20}}});
+    EXPECT_NE(none.find("'omega.x' still moves, per second by "), std::string::npos) << none;
+    EXPECT_EQ(refusal(pendulum, {.free = {"v"}}), "there is no input of the root 'v'; did you mean 'u'?");
+    EXPECT_EQ(refusal(pendulum, {.free = {"u"}, .bounds = {{"u", 1, 1}}}),
+              "the bounds of 'u' leave nothing between them");
+}
+
+} // namespace bf::analysis::test

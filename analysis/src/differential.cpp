@@ -27,7 +27,7 @@ void write_real(void* data, Type type, int i, double value) {
 } // namespace
 
 Differential::Differential(Simulation& run, int seeds, bool by_differences)
-    : run_(run), d_(run.diagram()), context_(run.context()), by_differences_(by_differences), seeds_(seeds) {
+    : d_(run.diagram()), context_(run.context()), by_differences_(by_differences), seeds_(seeds) {
     int count = 0;
     const auto reserve = [&](int elements) {
         const int first = count;

@@ -73,7 +73,6 @@ class Differential {
     const Call* call(int node, Phase phase, int index) const;
     [[noreturn]] void fail(int node, const std::string& why) const;
 
-    Simulation& run_;
     const Diagram& d_;
     Context& context_;
     bool by_differences_;

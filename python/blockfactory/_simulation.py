@@ -135,6 +135,26 @@ class Simulation(_native.Simulation):
         found = self._linearize(options(from_, to, open, loop, all_states))
         return LinearSystem(found._negative() if loop else found)
 
+    def trim(
+        self,
+        free: str | Sequence[str] = (),
+        *,
+        hold: Mapping[str, float] | None = None,
+        target: Mapping[str, float] | None = None,
+        bounds: Mapping[str, tuple[float, float]] | None = None,
+    ) -> tuple[dict[str, float], dict[str, float]]:
+        """Finds states and `free` inputs of the root at which nothing moves and signals have their `target`, and goes there:
+        what was found, and residuals, by name. `hold`: states, 'block.state', and inputs that keep a value; `bounds`: of
+        free inputs and of states. As many numbers are free as there are equations. Throws RunError, which says what is
+        in the way; the run then is where it was."""
+        found, residuals = self._trim(
+            _listed(free) or [],
+            list((hold or {}).items()),
+            list((target or {}).items()),
+            [(name, (float(low), float(high))) for name, (low, high) in (bounds or {}).items()],
+        )
+        return dict(found), dict(residuals)
+
     @property
     def parameters(self) -> Parameters:
         """By path, to be read and set."""

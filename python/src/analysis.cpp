@@ -58,8 +58,11 @@ void bind_analysis(nb::module_& m) {
             "__init__",
             [](analysis::LinearizeOptions* self, std::vector<std::string> from, std::vector<std::string> to,
                std::vector<std::string> open, bool all_states, bool by_differences) {
-                new (self) analysis::LinearizeOptions{std::move(from), std::move(to), std::move(open),
-                                                      all_states, by_differences};
+                new (self) analysis::LinearizeOptions{.from = std::move(from),
+                                                      .to = std::move(to),
+                                                      .open = std::move(open),
+                                                      .all_states = all_states,
+                                                      .by_differences = by_differences};
             },
             nb::arg("from_"), nb::arg("to"), nb::arg("open"), nb::arg("all_states"),
             nb::arg("by_differences"));

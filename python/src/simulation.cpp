@@ -2,6 +2,7 @@
 #include "simulation.hpp"
 
 #include "bf/analysis/linearize.hpp"
+#include "bf/analysis/trim.hpp"
 #include "bf/core/registry.hpp"
 #include "bf/run/comparison.hpp"
 #include "bf/run/snapshot.hpp"
@@ -364,6 +365,26 @@ void bind_simulation(nb::module_& m) {
                 return found;
             },
             nb::arg("options"))
+        .def(
+            "_trim",
+            [](PythonRun& self, const std::vector<std::string>& free,
+               const std::vector<std::pair<std::string, double>>& hold,
+               const std::vector<std::pair<std::string, double>>& target,
+               const std::vector<std::pair<std::string, std::pair<double, double>>>& bounds) {
+                const InUse use(self);
+                self.require_started();
+                analysis::TrimOptions options{free, hold, target, {}};
+                for (const auto& [name, range] : bounds)
+                    options.bounds.push_back({name, range.first, range.second});
+                analysis::TrimResult found;
+                {
+                    const WithoutGil parallel;
+                    found = analysis::trim(self.run, options);
+                }
+                self.pending.raise();
+                return std::pair(found.free, found.residuals);
+            },
+            nb::arg("free"), nb::arg("hold"), nb::arg("target"), nb::arg("bounds"))
         .def("_signals", [](const PythonRun& self) { return paths(self.signals); })
         .def("_inputs", [](const PythonRun& self) { return paths(self.inputs); })
         .def("_parameters", [](const PythonRun& self) { return paths(self.parameters); })

@@ -143,3 +143,14 @@ def test_what_cannot_be_done_is_said(loop):
         loop.linearize("r", "plant").margins(output="x")
     with pytest.raises(bf.WrongValue, match="1 outputs and 1 inputs"):
         loop.linearize("r", "plant").zeros(3)
+
+
+def test_a_run_goes_to_an_operating_point(loop):
+    sim = loop.simulate()
+    found, residuals = sim.trim("r", target={"plant": 0.4})
+    assert max(abs(value) for value in residuals.values()) < 1e-8
+    assert found["r"] == pytest.approx(0.4)
+    sim.step()
+    assert sim["plant"] == pytest.approx(0.4)
+    with pytest.raises(bf.RunError, match="'r' is at its bound; widen it, or ask for less"):
+        loop.simulate().trim("r", target={"plant": 0.4}, bounds={"r": (-0.1, 0.1)})

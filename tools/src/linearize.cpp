@@ -234,7 +234,7 @@ void add_linearize(CLI::App& app) {
     command->add_option("-o,--output", *output, "YAML, JSON or MAT-file; otherwise it is printed")
         ->type_name("FILE");
     command->footer("Examples:\n"
-                    "  bf linearize examples/cart_pole/plant.yaml --at 1\n"
+                    "  bf linearize docs/start/motor.yaml --from reference --to motor.omega\n"
                     "  bf linearize docs/start/motor.yaml --from controller.voltage --to motor.omega "
                     "--open controller.voltage -o motor.mat");
     command->callback([options, output] { execute(*options, *output); });

@@ -78,6 +78,21 @@ TEST_F(Linearize, TellsTheMarginsOfALoopAndDrawsIt) {
     EXPECT_CONTAINS(step.out, "final value     0.833333");
 }
 
+TEST_F(Linearize, FindsAnOperatingPointFromWhichRunsGoOn) {
+    // y = 10/12 r.
+    const auto found = bf("trim loop.yaml --free r --target y=2 -o held.snapshot");
+    ASSERT_EQ(found.code, 0) << found.err;
+    EXPECT_CONTAINS(found.out, "  r           2.4\n");
+    EXPECT_CONTAINS(found.out, "held.snapshot\n");
+    EXPECT_EQ(bf("linearize loop.yaml --from-snapshot held.snapshot -o a.json").code, 0);
+    EXPECT_NEAR(json("a.json")["y"][0].get<double>(), 2, 1e-9);
+    EXPECT_CONTAINS(bf("trim loop.yaml --free r").err,
+                    "there are 3 free numbers (plant.x[1], plant.x[2], r) for 2 equations");
+    EXPECT_CONTAINS(bf("trim loop.yaml --free r --target y").err,
+                    "--target y has no number where it needs one");
+    EXPECT_CONTAINS(bf("trim loop.yaml --free r --target y=2 --bound r=:1").err, "'r' is at its bound");
+}
+
 TEST_F(Linearize, RefusesWithTheReason) {
     const auto expect_error = [&](const std::string& command, const std::string& text) {
         const auto refused = bf(command);

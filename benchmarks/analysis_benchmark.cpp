@@ -17,8 +17,9 @@ std::string chain(int links) {
     std::string blocks, wires = "connections:\n  u: f0\n";
     for (int i = 0; i < links; ++i) {
         const std::string n = std::to_string(i);
-        blocks += "  f" + n + ": {block: Fcn, expression: sin(u)}\n  s" + n + ": {block: Sum, signs: +-}\n  x" + n +
-                  ": {block: Integrator}\n  d" + n + ": {block: Gain, K: 0.3}\n";
+        blocks += "  f" + n + ": {block: Fcn, expression: sin(u)}\n  s" + n +
+                  ": {block: Sum, signs: +-}\n  x" + n + ": {block: Integrator}\n  d" + n +
+                  ": {block: Gain, K: 0.3}\n";
         wires += "  f" + n + ": s" + n + ".u1\n  s" + n + ": x" + n + "\n  d" + n + ": s" + n + ".u2\n  x" +
                  n + ": [d" + n + ", " + (i + 1 < links ? "f" + std::to_string(i + 1) : "y") + "]\n";
     }

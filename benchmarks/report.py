@@ -23,7 +23,7 @@ ROWS = [
     ("engine.cvode_1000_states", "ms", "engine.cvode_1000_states/diagram", "engine.cvode_1000_states/bare", "<= 1.15 x"),
     ("elaborate.1000_blocks", "ms", "elaborate.1000_blocks", "elaborate.blocks/10000", "< 100 ms"),
     ("analysis.linearize_1000", "ms", "analysis.linearize_1000/exact", "analysis.linearize_1000/differences", "< 100 ms"),
-    ("analysis.linearize_icub", "ms", "analysis.linearize_icub/exact", "analysis.linearize_icub/differences", "<= 0.05 x"),
+    ("analysis.linearize_icub", "ms", "analysis.linearize_icub/exact", "analysis.linearize_icub/differences", ""),
     ("codegen.scalar_block", "ns", "codegen.scalar_block", "codegen.scalar_block/hand_loop", "<= 1 ns"),
     ("codegen.vector23_block", "ns", "codegen.vector23_block", "engine.vector23_block", "<= 10 ns"),
     ("codegen.compile_1000_blocks", "s", "codegen.compile_1000_blocks", "codegen.compile_1000_blocks/three_blocks", "< 15 s"),

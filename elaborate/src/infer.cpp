@@ -71,11 +71,6 @@ class Spreading {
                     decide(n, i, Size{});
             });
         }
-        // What no signal tells: the matrices of a system of first order may be written as numbers.
-        for_each_slot([&](int n, int i, const Slot& slot) {
-            if (is_right && e_.report.is_empty() && !slot.size_known && slot.role == Role::parameter)
-                decide(n, i, size_of_value(slot));
-        });
         for (std::size_t n = 0; n < queued_.size(); ++n) report_open(static_cast<int>(n));
         for (std::size_t n = 0; n < queued_.size(); ++n) report_crossed(static_cast<int>(n));
         if (e_.report.is_empty())

@@ -62,16 +62,6 @@ class PythonBlock final : public Block {
         }
     }
 
-    void infer(Inference& inference) const override {
-        for (const Port& port : ports_) {
-            const auto& initial = resolution().slots[static_cast<std::size_t>(port.slot)].initial;
-            const Size* size = inference.size(port.slot);
-            if (size && initial.size() > 1 && static_cast<int>(initial.size()) != size->count())
-                inference.refuse("'" + port.name + "' has " + std::to_string(initial.size()) +
-                                 " initial values, but size " + size->text() +
-                                 "; give one number for all elements, or one for each");
-        }
-    }
     void start(Now at) const override {
         const nb::gil_scoped_acquire python;
         try {

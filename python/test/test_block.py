@@ -301,7 +301,7 @@ def test_initial_values_that_do_not_fit_are_refused():
         def output(self, at, out):
             out.y = at.x
 
-    with pytest.raises(bf.ModelError, match=r"'x' has 2 initial values, but size \[3\]; give one number for all"):
+    with pytest.raises(bf.ModelError, match="the initial value of discrete state 'x' has 2 elements, but needs 3; give one element or 3"):
         around(Wrong)
 
 

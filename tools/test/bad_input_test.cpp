@@ -218,7 +218,8 @@ TEST_F(BadInput, PluginThatCannotBeLoaded) {
     const auto doctor = bf("doctor", environment);
     EXPECT_EQ(doctor.code, 1);
     EXPECT_CONTAINS(doctor.out, "plugin       NO   ");
-    EXPECT_EQ(nlohmann::json::parse(bf("doctor --json", environment).out)["plugins"].size(), 5u);
+    const auto listed = nlohmann::json::parse(bf("doctor --json", environment).out)["plugins"].size();
+    EXPECT_EQ(listed, nlohmann::json::parse(bf("doctor --json").out)["plugins"].size() + 1);
     const auto describe = bf("describe", environment);
     EXPECT_EQ(describe.code, 0);
     EXPECT_CONTAINS(describe.err, "left out: plugin ");

@@ -62,7 +62,7 @@ TEST(InitialValues, HaveOneElementOrAsManyAsTheSignal) {
         {"InitialCondition", "value"},    {"UnitDelay", "initial"},  {"SampleHold", "initial"},
         {"LimitedIntegrator", "initial"}, {"Integrator", "initial"}, {"DiscreteIntegrator", "initial"}};
     for (const auto& [name, parameter] : all) {
-        const auto wrong = [&](int of_value, int of_signal) {
+        const auto wrong = [name = name, parameter = parameter](int of_value, int of_signal) {
             return refusal([&] {
                 make(name).wire(parameter, vector_size(of_value)).wire("u", vector_size(of_signal)).start();
             });

@@ -433,13 +433,40 @@ void Differential::rule(int node, Phase phase, const Call& call, const NamedKern
                 auto& number = operands[k].numbers[e] = values[k].numbers[e];
                 if (operands[k].from >= 0) number.slope = direction[operands[k].from + static_cast<int>(e)];
             }
+        Dual::is_at_corner = false;
         if (!kernel.run(views.data(), {list.data(), static_cast<int>(list.size())}))
             fail(node,
                  "it fails at this operating point, so that it has no derivative there; choose another one");
+        if (Dual::is_at_corner) kinks_.insert(node);
         int i = 0;
         for (const std::size_t k : results)
-            for (const auto& number : operands[k].numbers) slopes[i++] = number.slope;
+            for (const auto& number : operands[k].numbers)
+                slopes[i++] = number.slope != 0 && std::isnan(number.value) ? number.value : number.slope;
     });
+}
+
+/// At a corner, central differences are the mean of two slopes: there the flatter one counts, which is also
+/// that of the side without a jump. What is smooth bends with the square of the step, a corner with the step.
+template <class Evaluate>
+void Differential::bend(int node, const Vector& direction, double step, double precision, const Vector& here,
+                        const Vector& above, const Vector& below, Evaluate&& evaluate, Vector& slopes) {
+    const Vector far = above - 2 * here + below;
+    const double change = std::max((above - here).cwiseAbs().maxCoeff(), (here - below).cwiseAbs().maxCoeff());
+    const auto is_bent = [&](Eigen::Index i) {
+        return std::abs(far[i]) > std::max(1e-3 * change, 100 * precision * (1 + std::abs(here[i])));
+    };
+    bool is_any = false;
+    for (Eigen::Index i = 0; i < far.size(); ++i) is_any |= is_bent(i);
+    if (!is_any) return;
+    Vector right(far.size()), left(far.size());
+    if (!evaluate(direction, step / 8, right) || !evaluate(direction, -step / 8, left)) return;
+    const Vector near = right - 2 * here + left;
+    for (Eigen::Index i = 0; i < far.size(); ++i) {
+        if (!is_bent(i) || std::abs(near[i]) < std::abs(far[i]) / 16) continue;
+        kinks_.insert(node);
+        const double up = right[i] - here[i], down = here[i] - left[i];
+        slopes[i] = (std::abs(up) < std::abs(down) ? up : down) / (step / 8);
+    }
 }
 
 void Differential::by_differences(int node, Phase phase, int index) {
@@ -482,9 +509,17 @@ void Differential::by_differences(int node, Phase phase, int index) {
         move(direction, 0);
         return static_cast<bool>(status) && at.allFinite();
     };
+    Vector here;
+    bool has_here = false;
     write(node, from, to, [&](const Vector& direction, Vector& slopes) {
+        if (here.size() == 0) {
+            here.resize(slopes.size());
+            has_here = evaluate(direction, 0, here);
+        }
         // The step that balances rounding and curvature, ∛ε of the element that changes most.
         double largest = 0, precision = std::numeric_limits<double>::epsilon();
+        for (const auto& part : to)
+            if (part.type == Type::float32) precision = std::numeric_limits<float>::epsilon();
         int i = 0;
         for (std::size_t p = 0; p < from.size(); ++p)
             for (int e = 0; e < from[p].count; ++e, ++i) {
@@ -498,15 +533,16 @@ void Differential::by_differences(int node, Phase phase, int index) {
         Vector above(slopes.size()), below(slopes.size());
         const bool has_above = evaluate(direction, step, above),
                    has_below = evaluate(direction, -step, below);
-        Vector here(slopes.size());
-        if (has_above && has_below)
+        if (has_above && has_below) {
             slopes = (above - below) / (2 * step);
-        else if ((has_above || has_below) && evaluate(direction, 0, here))
+            if (has_here) bend(node, direction, step, precision, here, above, below, evaluate, slopes);
+        } else if ((has_above || has_below) && has_here) {
             slopes = (has_above ? Vector(above - here) : Vector(here - below)) / step;
-        else
+        } else {
             fail(node, "it fails beside this operating point, so that its derivative cannot be found; choose "
                        "another "
                        "one");
+        }
     });
     restore();
 }

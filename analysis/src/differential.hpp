@@ -40,6 +40,8 @@ class Differential {
     /// Node and slot of signals whose rows are not zero, and the nodes that read them, in the passes so far.
     const std::set<std::tuple<int, int, int>>& flows() const { return flows_; }
     const std::set<int>& differenced() const { return differenced_; }
+    /// Nodes that were found at a jump or corner.
+    const std::set<int>& kinks() const { return kinks_; }
     bool is_active(int condition) const;
 
   private:
@@ -65,6 +67,9 @@ class Differential {
     void activity(int node, Phase phase, int index);
     void rule(int node, Phase phase, const Call& call, const NamedKernel<Dual>& kernel);
     void by_differences(int node, Phase phase, int index);
+    template <class Evaluate>
+    void bend(int node, const Vector& direction, double step, double precision, const Vector& here,
+              const Vector& above, const Vector& below, Evaluate&& evaluate, Vector& slopes);
     void write(int node, const std::vector<Part>& from, const std::vector<Part>& to,
                const std::function<void(const Vector& direction, Vector& slopes)>& differentiate);
     std::vector<Part> reads(int node, Phase phase, int index) const;
@@ -82,7 +87,7 @@ class Differential {
     std::vector<int> first_unknown_; ///< column, by loop
     std::map<std::pair<int, int>, std::function<void(Eigen::Block<Rows>)>> changes_;
     std::set<std::tuple<int, int, int>> flows_;
-    std::set<int> differenced_;
+    std::set<int> differenced_, kinks_;
     std::set<int> devices_;
     std::map<std::tuple<int, Phase, int>, Task> tasks_;
 };

@@ -15,6 +15,9 @@ class Dual {
   public:
     double value, slope;
 
+    /// Has a comparison, or a rounding, been right where its answer changes? Then there is a jump or corner.
+    static inline thread_local bool is_at_corner = false;
+
     Dual(double number = 0, double derivative = 0) : value(number), slope(derivative) {}
     explicit operator bool() const { return value != 0; }
     explicit operator int() const { return static_cast<int>(value); }
@@ -33,19 +36,25 @@ class Dual {
     friend Dual& operator-=(Dual& x, const Dual& y) { return x = x - y; }
     friend Dual& operator*=(Dual& x, const Dual& y) { return x = x * y; }
     friend Dual& operator/=(Dual& x, const Dual& y) { return x = x / y; }
-    friend bool operator<(const Dual& x, const Dual& y) { return x.value < y.value; }
-    friend bool operator>(const Dual& x, const Dual& y) { return x.value > y.value; }
-    friend bool operator<=(const Dual& x, const Dual& y) { return x.value <= y.value; }
-    friend bool operator>=(const Dual& x, const Dual& y) { return x.value >= y.value; }
+    friend bool operator<(const Dual& x, const Dual& y) { return x.meets(y), x.value < y.value; }
+    friend bool operator>(const Dual& x, const Dual& y) { return x.meets(y), x.value > y.value; }
+    friend bool operator<=(const Dual& x, const Dual& y) { return x.meets(y), x.value <= y.value; }
+    friend bool operator>=(const Dual& x, const Dual& y) { return x.meets(y), x.value >= y.value; }
     friend bool operator==(const Dual& x, const Dual& y) { return x.value == y.value; }
     friend bool operator!=(const Dual& x, const Dual& y) { return x.value != y.value; }
 
     // What kernels call of <cmath>.
-    friend Dual floor(const Dual& x) { return std::floor(x.value); }
-    friend Dual ceil(const Dual& x) { return std::ceil(x.value); }
-    friend Dual round(const Dual& x) { return std::round(x.value); }
-    friend Dual trunc(const Dual& x) { return std::trunc(x.value); }
-    friend Dual fabs(const Dual& x) { return x.value < 0 ? -x : x; }
+    friend Dual floor(const Dual& x) { return x.meets(std::floor(x.value)), std::floor(x.value); }
+    friend Dual ceil(const Dual& x) { return x.meets(std::ceil(x.value)), std::ceil(x.value); }
+    friend Dual round(const Dual& x) {
+        return x.meets(std::trunc(x.value) + std::copysign(0.5, x.value)), std::round(x.value);
+    }
+    friend Dual trunc(const Dual& x) {
+        if (x.value != 0) x.meets(std::trunc(x.value));
+        return std::trunc(x.value);
+    }
+    friend Dual fabs(const Dual& x) { return x < 0 ? -x : x; }
+    friend Dual sign(const Dual& x) { return x > 0 ? 1 : x < 0 ? -1 : x.value; }
     friend Dual sqrt(const Dual& x) { return x.through(std::sqrt(x.value), 0.5 / std::sqrt(x.value)); }
     friend Dual exp(const Dual& x) { return x.through(std::exp(x.value), std::exp(x.value)); }
     friend Dual expm1(const Dual& x) { return x.through(std::expm1(x.value), std::exp(x.value)); }
@@ -95,12 +104,15 @@ class Dual {
     }
     friend Dual pow(const Dual& x, const Dual& e) {
         const double p = std::pow(x.value, e.value);
-        double slope = x.slope == 0 ? 0 : e.value * std::pow(x.value, e.value - 1) * x.slope;
+        double slope = x.slope == 0 || e.value == 0 ? 0 : e.value * std::pow(x.value, e.value - 1) * x.slope;
         if (e.slope != 0) slope += p * std::log(x.value) * e.slope;
         return {p, slope};
     }
 
   private:
+    void meets(const Dual& other) const {
+        is_at_corner |= value == other.value && slope != other.slope;
+    }
     /// f(x), where f has this value and this derivative. What does not depend on anything has no derivative,
     /// even where f has none.
     Dual through(double f, double derivative) const { return {f, slope == 0 ? 0 : derivative * slope}; }
@@ -122,6 +134,10 @@ namespace bf::kernels {
 template <> inline constexpr bool is_real<analysis::Dual> = true;
 template <> inline const analysis::Dual pi<analysis::Dual>{pi<double>};
 template <> inline analysis::Dual opaque<analysis::Dual>(analysis::Dual x) noexcept { return x; }
+/// Without its short cuts for some exponents, which may depend on something, too.
+template <> inline analysis::Dual power<analysis::Dual>(analysis::Dual x, analysis::Dual e) noexcept {
+    return pow(x, e);
+}
 
 // These name the functions of the standard library.
 #define BF_FUNCTION(kernel, result)                                                                          \
@@ -151,6 +167,7 @@ BF_FUNCTION(Floor, floor(x))
 BF_FUNCTION(Ceil, ceil(x))
 BF_FUNCTION(Round, round(x))
 BF_FUNCTION(Fix, trunc(x))
+BF_FUNCTION(Sign, sign(x))
 #undef BF_FUNCTION
 template <> inline analysis::Dual Atan2::apply<analysis::Dual>(analysis::Dual y, analysis::Dual x) noexcept {
     return atan2(y, x);
@@ -164,6 +181,11 @@ template <> inline analysis::Dual value_of<analysis::Dual>(Operation operation, 
     switch (operation) {
     case Operation::negative: return -x;
     case Operation::abs: return fabs(x);
+    case Operation::sign: return sign(x);
+    case Operation::floor: return floor(x);
+    case Operation::ceil: return ceil(x);
+    case Operation::round: return round(x);
+    case Operation::fix: return trunc(x);
     case Operation::sqrt: return sqrt(x);
     case Operation::exp: return exp(x);
     case Operation::log: return log(x);

@@ -524,24 +524,42 @@ class Linearization {
                 system_.held.push_back(d_.conditions[c].path + (d_.conditions[c].trigger.node >= 0
                                                                     ? ": it runs when it is triggered"
                                                                     : ": it is disabled"));
-        find_kinks();
+        find_kinks(whole);
     }
 
-    /// Zero-crossing functions tell where blocks jump or have a corner.
-    void find_kinks() {
-        for (const int node : on_path_) {
-            const Frame& frame = context_.frame(node);
-            for (int i = 0; i < context_.activities(node, Phase::guards); ++i)
-                if (!context_.task(node, Phase::guards, i)()) return;
-            bool is_kink = false;
-            for (int s = 0; s < static_cast<int>(slots(node).size()); ++s) {
-                const Slot& its = slot({node, s});
-                if (its.role != Role::guard || its.type != Type::float64) continue;
-                for (int e = 0; e < its.size.count(); ++e)
-                    is_kink |= read_value(frame.now[s], its.type, e) == 0;
-            }
-            if (is_kink) system_.kinks.push_back(path(node));
+    /// Nodes that what is looked at depends on, by wires.
+    std::set<int> behind_outputs() const {
+        std::set<int> seen;
+        std::vector<int> todo;
+        for (const auto& channel : to_) todo.push_back(channel.end.node);
+        while (!todo.empty()) {
+            const int node = todo.back();
+            todo.pop_back();
+            if (!seen.insert(node).second) continue;
+            for (const auto& source : d_.nodes[static_cast<std::size_t>(node)].sources)
+                if (source.node >= 0) todo.push_back(source.node);
         }
+        return seen;
+    }
+
+    /// Where blocks jump or have a corner, derivatives may be 0 and the path end there; zero-crossing functions
+    /// tell of those that no derivative met.
+    void find_kinks(const Differential& whole) {
+        for (const int node : behind_outputs())
+            if (whole.kinks().contains(node) || (on_path_.contains(node) && is_at_zero_crossing(node)))
+                system_.kinks.push_back(path(node));
+    }
+    bool is_at_zero_crossing(int node) {
+        const Frame& frame = context_.frame(node);
+        for (int i = 0; i < context_.activities(node, Phase::guards); ++i)
+            if (!context_.task(node, Phase::guards, i)()) return false;
+        for (int s = 0; s < static_cast<int>(slots(node).size()); ++s) {
+            const Slot& its = slot({node, s});
+            if (its.role != Role::guard || its.type != Type::float64) continue;
+            for (int e = 0; e < its.size.count(); ++e)
+                if (read_value(frame.now[s], its.type, e) == 0) return true;
+        }
+        return false;
     }
 
     Simulation& run_;

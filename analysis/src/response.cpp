@@ -130,9 +130,12 @@ Response response(const LinearSystem& system, int output, int input, const std::
     for (const double w : omega) {
         const Complex value = frequency_response(system, output, input, w);
         double phase = std::arg(value) * degrees;
-        // A response that begins on the negative real axis begins at -180 degrees, as a double integrator
-        // does.
-        if (all.phase.empty() && phase > 179.999999) phase -= 360;
+        // K/(jω)^k begins at -90 k degrees, and at 180 less where K is negative.
+        if (all.phase.empty() && w > 0) {
+            const Complex lower = frequency_response(system, output, input, w / 10);
+            const double k = std::round(std::log10(std::abs(lower / value)));
+            if (std::isfinite(k)) phase += 360 * std::round((-90 * k - 45 - phase) / 360);
+        }
         if (!all.phase.empty()) turns = std::round((all.phase.back() - phase) / 360);
         all.omega.push_back(w);
         all.value.push_back(value);
@@ -162,13 +165,49 @@ LinearSystem closed(const LinearSystem& loop, int output, int input) {
     return one;
 }
 
+namespace {
+
+/// Frequencies of L up to where it is no longer large, and down to where it goes on as it does at 0: a gain
+/// crossover may lie far beyond the poles and zeros.
+template <class F> std::vector<double> wide(const LinearSystem& loop, int output, int input, F&& L) {
+    constexpr int most_decades = 20, per_decade = 400;
+    const auto usual = frequencies(loop, output, input, 2);
+    double low = usual.front(), high = usual.back();
+    const auto size = [&](double w) { return std::abs(L(w)); };
+    // Where L goes as a power of the frequency, its next decade tells that it will cross 1.
+    const auto goes_to_one = [&](double w, double next) {
+        return (size(w) > 1 && size(next) < 0.5 * size(w)) || (size(w) < 1 && size(next) > 2 * size(w));
+    };
+    for (int i = 0; i < most_decades && loop.period == 0 && goes_to_one(high, 10 * high); ++i) high *= 10;
+    for (int i = 0; i < most_decades && goes_to_one(low, low / 10); ++i) low /= 10;
+    const int count = static_cast<int>(per_decade * std::max(10.0, std::log10(high / low)));
+    std::vector<double> all;
+    for (int i = 0; i < count; ++i)
+        all.push_back(low * std::pow(high / low, static_cast<double>(i) / (count - 1)));
+    return all;
+}
+
+/// Where f is least between a and b, by golden sections.
+template <class F> double least(F&& f, double a, double b) {
+    constexpr double ratio = 0.6180339887498949;
+    for (int i = 0; i < 80; ++i) {
+        const double left = b - ratio * (b - a), right = a + ratio * (b - a);
+        (f(left) < f(right) ? b : a) = f(left) < f(right) ? right : left;
+    }
+    return f(0.5 * (a + b));
+}
+
+} // namespace
+
 Margins margins(const LinearSystem& loop, int output, int input) {
     Margins found;
     const auto L = [&](double w) { return frequency_response(loop, output, input, w); };
-    const auto grid = frequencies(loop, output, input, 4000);
+    const auto grid = wide(loop, output, input, L);
     const auto unit = [&](double w) { return std::abs(L(w)) - 1; };
     const auto real = [&](double w) { return L(w).imag(); };
     Complex before = L(grid.front());
+    std::size_t nearest = 0; ///< to -1
+    found.modulus = std::abs(1.0 + before);
     const auto see_gain = [&](double w) {
         const double k = -1 / L(w).real();
         if (!(k > 0)) return;
@@ -193,9 +232,25 @@ Margins margins(const LinearSystem& loop, int output, int input) {
         }
         if ((before.imag() > 0) != (now.imag() > 0) && before.real() < 0 && now.real() < 0)
             see_gain(crossing(real, grid[i - 1], grid[i]));
-        found.modulus = std::min(found.modulus, std::abs(1.0 + now));
+        if (std::abs(1.0 + now) < found.modulus) {
+            found.modulus = std::abs(1.0 + now);
+            nearest = i;
+        }
         before = now;
     }
+    const auto distance = [&](double w) { return std::abs(1.0 + L(w)); };
+    found.modulus = least(distance, grid[nearest == 0 ? 0 : nearest - 1],
+                          grid[std::min(nearest + 1, grid.size() - 1)]);
+    // At 0, where no pole is, L is real; and so it is far above all poles.
+    const auto all = poles(loop);
+    const double rounding = 1e-9 * (1 + loop.A.norm());
+    if (std::none_of(all.begin(), all.end(), [&](const Complex& p) {
+            return std::abs(loop.period > 0 ? p - 1.0 : p) < rounding;
+        })) {
+        see_gain(0);
+        found.modulus = std::min(found.modulus, distance(0));
+    }
+    if (loop.period == 0) found.modulus = std::min(found.modulus, std::abs(1 + loop.D(output, input)));
     if (loop.period > 0 && L(pi / loop.period).real() < 0) see_gain(pi / loop.period);
     const auto T = closed(loop, output, input);
     found.is_stable = is_stable(T);
@@ -262,7 +317,11 @@ StepResponse step_response(const LinearSystem& system, int output, int input, do
     double step = one.period;
     Matrix A = one.A, B = one.B;
     if (one.period == 0) {
-        step = duration / samples;
+        // Short enough for the fastest pole, and later twice as long again and again: what is fast is seen at
+        // the beginning.
+        double fastest = 0;
+        for (const auto& p : all) fastest = std::max(fastest, std::abs(p));
+        step = std::min(duration / samples, 0.02 / fastest);
         Matrix block = Matrix::Zero(n + 1, n + 1);
         block.topLeftCorner(n, n) = one.A * step;
         block.topRightCorner(n, 1) = one.B * step;
@@ -271,10 +330,17 @@ StepResponse step_response(const LinearSystem& system, int output, int input, do
         B = flow.topRightCorner(n, 1);
     }
     Vector x = Vector::Zero(n);
-    const int count = std::min(static_cast<int>(std::ceil(duration / step)), 100 * samples);
-    for (int k = 0; k <= count; ++k) {
-        found.time.push_back(k * step);
+    const double end = duration * (1 + 1e-12);
+    for (double t = 0; found.time.size() <= 100 * samples; t += step) {
+        found.time.push_back(t);
         found.value.push_back((n > 0 ? (one.C * x)(0) : 0) + one.D(0, 0));
+        if (t + step > end) break;
+        if (one.period == 0 && found.time.size() % (2 * samples) == 0) {
+            B = (A * B + B).eval();
+            A = (A * A).eval();
+            step *= 2;
+            if (t + step > end) break;
+        }
         if (n > 0) x = A * x + B;
     }
     found.final =
@@ -293,7 +359,7 @@ StepResponse step_response(const LinearSystem& system, int output, int input, do
             if (found.value[i] / found.final >= share) {
                 if (i == 0 || one.period > 0) return found.time[i];
                 const double a = found.value[i - 1] / found.final, b = found.value[i] / found.final;
-                return found.time[i - 1] + (share - a) / (b - a) * step;
+                return found.time[i - 1] + (share - a) / (b - a) * (found.time[i] - found.time[i - 1]);
             }
         return std::numeric_limits<double>::quiet_NaN();
     };

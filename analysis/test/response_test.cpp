@@ -51,6 +51,60 @@ TEST(Response, MarginsOfALoopAreThoseOfItsClosedForm) {
     EXPECT_NEAR(margins(integrating(12)).gain_reduction, 0.5, 1e-9);
 }
 
+/// c₂ s² + c₁ s + c₀ over s³ + a₂ s² + a₁ s + a₀.
+LinearSystem third_order(double c2, double c1, double c0, double a2, double a1, double a0) {
+    LinearSystem s = integrating(1);
+    s.A.row(2) << -a0, -a1, -a2;
+    s.C << c0, c1, c2;
+    return s;
+}
+/// k/(s + a).
+LinearSystem first_order(double k, double a) {
+    LinearSystem s;
+    s.A = Matrix::Constant(1, 1, -a);
+    s.B = Matrix::Constant(1, 1, 1);
+    s.C = Matrix::Constant(1, 1, k);
+    s.D = Matrix::Zero(1, 1);
+    return s;
+}
+
+TEST(Response, CrossoversFarBeyondPolesAndZerosCount) {
+    // 30 (s + 1)²/s³ is 1 where 30 (ω² + 1) = ω³, with a phase of 2 atan ω - 270 degrees.
+    const auto m = margins(third_order(30, 60, 30, 0, 0, 0));
+    const double w = m.gain_crossover;
+    EXPECT_NEAR(30 * (w * w + 1) / (w * w * w), 1, 1e-9);
+    EXPECT_NEAR(m.phase, 2 * std::atan(w) * 180 / std::numbers::pi - 90, 1e-7);
+    EXPECT_NEAR(m.delay, m.phase * std::numbers::pi / 180 / w, 1e-9);
+    EXPECT_LE(m.modulus, 1); // L comes to 0
+    EXPECT_NEAR(margins(first_order(1e9, 1)).gain_crossover, 1e9, 10);
+    EXPECT_NEAR(margins(third_order(0, 0, 1e-9, 30, 200, 0)).gain_crossover, 5e-12, 1e-20);
+}
+
+TEST(Response, AGainMarginMayLieAtZeroFrequency) {
+    const auto unstable = margins(first_order(2, -1)); // stable from a gain of 1/2 on
+    EXPECT_NEAR(unstable.gain_reduction, 0.5, 1e-12);
+    EXPECT_TRUE(unstable.is_stable);
+    const auto positive = margins(first_order(-0.5, 1));
+    EXPECT_NEAR(positive.gain, 2, 1e-12);
+    EXPECT_EQ(positive.phase_crossover, 0);
+    EXPECT_NEAR(positive.modulus, 0.5, 1e-12);
+}
+
+TEST(Response, LeastDistanceFromMinusOneIsExact) {
+    EXPECT_LT(margins(third_order(0, 1, 1, 1, 0, 0)).modulus, 1e-6); // 1/s² meets -1
+    // |1 + 1/(s (s + 1))| is least where its derivative by ω² vanishes; by Brent's method of SciPy.
+    EXPECT_NEAR(margins(third_order(0, 1, 2, 3, 2, 0)).modulus, 0.6812500386332132, 1e-9);
+}
+
+TEST(Response, APhaseBeginsWhereItsIntegratorsHaveIt) {
+    const auto phase = [](const LinearSystem& s) { return response(s, 0, 0, {1e-3}).phase.front(); };
+    EXPECT_NEAR(phase(third_order(30, 60, 30, 0, 0, 0)), -270, 1);
+    EXPECT_NEAR(phase(third_order(0, 1, 1, 1, 0, 0)), -180, 1);
+    EXPECT_NEAR(phase(integrating(1)), -90, 1);
+    EXPECT_NEAR(phase(integrating(-1)), -270, 1);
+    EXPECT_NEAR(phase(first_order(-1, 1)), -180, 1);
+}
+
 TEST(Response, OfASecondOrderSystemOvershootsAsItsDampingSays) {
     for (const double zeta : {0.2, 0.5, 0.8}) {
         const auto r = step_response(second_order(zeta, 3), 0, 0);
@@ -59,6 +113,17 @@ TEST(Response, OfASecondOrderSystemOvershootsAsItsDampingSays) {
         EXPECT_NEAR(r.peak_time, std::numbers::pi / (3 * std::sqrt(1 - zeta * zeta)), 0.02);
     }
     EXPECT_TRUE(std::isnan(step_response(integrating(1), 0, 0).final));
+}
+
+TEST(Response, OfLittleDampingIsSeenHoweverLongItLasts) {
+    for (const double duration : {0.0, 1e6}) {
+        const auto r = step_response(second_order(1e-4, 1), 0, 0, duration);
+        EXPECT_NEAR(r.overshoot, 100 * std::exp(-std::numbers::pi * 1e-4), 0.05);
+        EXPECT_NEAR(r.peak_time, std::numbers::pi, 0.02);
+        EXPECT_NEAR(r.rise_time, std::acos(0.1) - std::acos(0.9), 0.01);
+        EXPECT_NEAR(r.time.back(), duration > 0 ? duration : 8e4, duration > 0 ? 1e-2 * duration : 1e3);
+    }
+    EXPECT_NEAR(step_response(first_order(1, 1), 0, 0, 1e9).rise_time, std::log(9), 1e-3);
 }
 
 TEST(Response, KnowsPolesAndZeros) {

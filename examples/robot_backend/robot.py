@@ -11,6 +11,7 @@ import tty
 
 near, far = pty.openpty()
 tty.setraw(far)
+os.set_blocking(near, False)
 print(os.ttyname(far), flush=True)
 s, s_dot, tau = [0.0, 0.0], [0.0, 0.0], [0.0, 0.0]
 begin = last = heard = time.monotonic()
@@ -30,7 +31,10 @@ while last - begin < float(sys.argv[1] if len(sys.argv) > 1 else 20):
         s_dot[i] += tau[i] * (now - last)
         s[i] += s_dot[i] * (now - last)
     last = now
-    os.write(near, f"{s[0]:.6f} {s[1]:.6f} {s_dot[0]:.6f} {s_dot[1]:.6f}\n".encode())
+    try:
+        os.write(near, f"{s[0]:.6f} {s[1]:.6f} {s_dot[0]:.6f} {s_dot[1]:.6f}\n".encode())
+    except BlockingIOError:  # nobody reads
+        pass
     if word == "stop" and now - heard > 0.2:
         break
 print(s[0], s[1], word)

@@ -56,7 +56,7 @@ class Connection final : public RobotConnection {
     // What blocks call in a step: nothing here waits, locks or allocates.
     bool read(Measurement what, Eigen::Ref<Vector> values) noexcept override {
         if (!is_taken_) is_taken_ = states_.read(state_.data(), stamp_); // one state for all of a step
-        if (age() > 0.1) return fail("%s: silent for more than 0.1 s", port_.c_str());
+        if (age() > 0.5) return fail("%s: silent for more than 0.5 s", port_.c_str());
         if (what == Measurement::joint_position)
             values = state_.head(n_);
         else if (what == Measurement::joint_velocity)

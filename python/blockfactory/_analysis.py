@@ -23,8 +23,8 @@ def options(
     """One name stands for a list of it."""
     if loop and (from_ or to):
         raise WrongValue("a loop is named by one signal: give loop, or from_ and to")
-    names = [[one] if isinstance(one, str) else list(one) for one in (loop or from_, loop or to, loop or open)]
-    return _native._LinearizeOptions(names[0], names[1], names[2], all_states, False)
+    names = [[one] if isinstance(one, str) else list(one) for one in (loop or from_, loop or to, open)]
+    return _native._LinearizeOptions(names[0], names[1], names[2] + [loop] * bool(loop), all_states, False)
 
 
 class LinearSystem:

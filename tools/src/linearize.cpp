@@ -202,7 +202,10 @@ analysis::LinearSystem LinearOptions::system() const {
     }
     if (!run.run_until(std::max(at, run.time()))) throw CommandError(run.failure());
     analysis::LinearizeOptions options{.from = from, .to = to, .open = open, .all_states = all_states};
-    if (!loop.empty()) options.from = options.to = options.open = {loop};
+    if (!loop.empty()) {
+        options.from = options.to = {loop};
+        options.open.push_back(loop);
+    }
     auto found = analysis::linearize(run, options);
     const auto tell = [](const std::string& what, const std::vector<std::string>& names) {
         if (!names.empty())

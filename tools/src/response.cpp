@@ -186,9 +186,12 @@ Figure step(const ResponseOptions& options, const LinearSystem& s) {
         line("final value", "none: the system is unstable");
     } else {
         line("final value", number(r.final));
-        line("overshoot", number(r.overshoot) + " %");
-        line("rise time", number(r.rise_time) + " s");
-        line("settling time", number(r.settling_time) + " s");
+        const auto known = [&](const char* what, double value, const char* unit) {
+            line(what, std::isnan(value) ? "none" : number(value) + unit);
+        };
+        known("overshoot", r.overshoot, " %"); // of a final value that is not 0
+        known("rise time", r.rise_time, " s");
+        known("settling time", r.settling_time, " s");
     }
     line("peak", number(r.peak) + " at " + number(r.peak_time) + " s");
     Figure figure{

@@ -152,7 +152,7 @@ class Linearization {
                                   const std::string& option) const {
         std::vector<Channel> found;
         for (const auto& name : names) found.push_back(find(name));
-        if (names.empty())
+        if (names.empty() && !options_.at_once)
             for (const auto& port : otherwise)
                 if (is_real(port.end)) {
                     found.push_back(whole(port.end));

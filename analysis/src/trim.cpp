@@ -181,6 +181,7 @@ class Trim {
         for (const auto& [name, x] : options.hold)
             for (const auto& v : named(all, name, "state or input")) {
                 std::erase_if(unknowns_, [&](const Variable& u) { return is_same(u, v); });
+                std::erase(inputs_, v.name);
                 held_.emplace_back(v, x);
             }
         for (const auto& [name, lower, upper] : options.bounds) {

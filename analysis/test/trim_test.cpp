@@ -66,6 +66,30 @@ TEST(Trim, HoldsStatesAndKeepsBounds) {
     EXPECT_NEAR(number(upper.free, "theta.x"), M_PI - std::asin(5 / 9.81), 1e-7);
 }
 
+TEST(Trim, NeedsNoTargetWhateverTheRootHas) {
+    // A second torque, and a second output.
+    auto text = pendulum;
+    const auto put = [&](const std::string& old, const std::string& with) {
+        text.replace(text.find(old), old.size(), with);
+    };
+    put("inputs: [u]", "inputs: [u, w]");
+    put("outputs: [angle]", "outputs: [angle, rate]");
+    put("u1 -", "u1 + 2*u4 -");
+    put("[alpha.u3, theta]", "[alpha.u3, theta, rate]\n  w: alpha.u4");
+    Session session(text);
+    const auto rests = trim(*session.simulation, {});
+    EXPECT_NEAR(number(rests.free, "theta.x"), 0, 1e-9);
+    // Of the inputs that are free and held, only the others are found.
+    for (const std::string held : {"u", "w"}) {
+        const std::string other = held == "u" ? "w" : "u";
+        Session again(text);
+        const auto found =
+            trim(*again.simulation, {.free = {"u", "w"}, .hold = {{held, 1}, {"theta.x", 0.5}}});
+        const double torque = 9.81 * std::sin(0.5);
+        EXPECT_NEAR(number(found.free, other), held == "u" ? (torque - 1) / 2 : torque - 2, 1e-9);
+    }
+}
+
 TEST(Trim, OfASampledSystemIsItsFixedPoint) {
     Session session(R"m(
 model: m

@@ -22,7 +22,9 @@ struct LinearizeOptions {
     /// output has its open-loop transfer function, with its own sign.
     std::vector<std::string> open = {};
     bool all_states = false; ///< also those that are on no path from an input to an output
-    bool at_once = false;    ///< all states side by side, x' or x⁺ at this instant, whatever their rates
+    /// All states side by side, x' or x⁺ at this instant, whatever their rates; no inputs and outputs but
+    /// those that are named.
+    bool at_once = false;
     bool by_differences = false; ///< of every block: to compare with the exact derivatives
 };
 

@@ -42,7 +42,7 @@ Differential::Differential(Simulation& run, int seeds, bool by_differences)
             Place place{.count = slot.size.count(), .is_real = is_real(slot.type)};
             const bool is_wired = slot.role == Role::input && s < sources.size() && sources[s].node >= 0;
             if (slot.role != Role::parameter && slot.role != Role::guard && !is_wired)
-                place.first = reserve(place.count);
+                place.first = place.own = reserve(place.count);
             if (slot.role == Role::discrete_state) place.next = reserve(place.count);
             if (slot.role == Role::continuous_state) place.rate = reserve(place.count);
             places.push_back(place);
@@ -77,6 +77,9 @@ const Differential::Place& Differential::place(const Node::End& end) const {
 Eigen::Block<Differential::Rows> Differential::rows(const Node::End& end) {
     return rows_.block(place(end).first, 0, place(end).count, seeds_);
 }
+Eigen::Block<Differential::Rows> Differential::computed(const Node::End& signal) {
+    return rows_.block(place(signal).own, 0, place(signal).count, seeds_);
+}
 Eigen::Block<Differential::Rows> Differential::next(const Node::End& state) {
     return rows_.block(place(state).next, 0, place(state).count, seeds_);
 }
@@ -85,7 +88,25 @@ Eigen::Block<Differential::Rows> Differential::rate(const Node::End& state) {
 }
 
 void Differential::at(const Node::End& signal, std::function<void(Eigen::Block<Rows>)> change) {
+    auto& its = places_[static_cast<std::size_t>(signal.node)][static_cast<std::size_t>(signal.slot)];
+    if (its.own == its.first) {
+        its.own = static_cast<int>(rows_.rows());
+        rows_.conservativeResizeLike(Rows::Zero(its.own + its.count, rows_.cols()));
+    }
     changes_[{signal.node, signal.slot}] = std::move(change);
+}
+
+void Differential::change(int node, int slot) {
+    const auto& its = places_[static_cast<std::size_t>(node)][static_cast<std::size_t>(slot)];
+    auto rows = rows_.block(its.first, 0, its.count, rows_.cols());
+    rows = rows_.middleRows(its.own, its.count).eval();
+    changes_.at({node, slot})(rows);
+}
+
+int Differential::row_read(int node, int slot) const {
+    const auto from = origin({node, slot});
+    const auto& its = place(from);
+    return from.node == node && from.slot == slot ? its.own : its.first;
 }
 
 bool Differential::is_zero(int row, int count) const {
@@ -118,10 +139,7 @@ void Differential::outputs(const Runs& runs) {
         const bool is_computed = node.rate != constant_rate && is_active(node.condition) &&
                                  !node.block->declaration().traits.is_root_input &&
                                  !devices_.contains(end.first);
-        if (is_computed) continue;
-        auto its = rows({end.first, end.second});
-        its.setZero();
-        change(its);
+        if (!is_computed) this->change(end.first, end.second);
     }
     for (const auto& segment : d_.plan.outputs) run(segment, Phase::output, runs);
 }
@@ -161,7 +179,7 @@ void Differential::run(const Activity& activity, Phase phase, const Runs& runs) 
         if (end.first != node) continue;
         const auto& its = places_[static_cast<std::size_t>(node)][static_cast<std::size_t>(end.second)];
         for (const auto& part : written)
-            if (part.row == its.first) change(rows({node, end.second}));
+            if (part.row == its.own) this->change(node, end.second);
     }
 }
 
@@ -192,13 +210,14 @@ void Differential::solve(const Loop& loop, const Runs& runs) {
                        "of small changes; choose another operating point, or break the loop with a delay");
     const Matrix found = lu.solve(f);
     for (const int node : loop.nodes)
-        for (const auto& its : places_[static_cast<std::size_t>(node)]) {
-            if (its.first < 0) continue;
-            auto rows = rows_.middleRows(its.first, its.count);
-            const Matrix by_unknowns = rows.middleCols(column, unknowns);
-            rows.middleCols(column, unknowns).setZero();
-            rows += by_unknowns * found;
-        }
+        for (const auto& its : places_[static_cast<std::size_t>(node)])
+            for (const int row : std::set{its.first, its.own}) {
+                if (row < 0) continue;
+                auto rows = rows_.middleRows(row, its.count);
+                const Matrix by_unknowns = rows.middleCols(column, unknowns);
+                rows.middleCols(column, unknowns).setZero();
+                rows += by_unknowns * found;
+            }
 }
 
 void Differential::iterate(const Loop& loop) {
@@ -232,10 +251,11 @@ std::vector<Differential::Part> Differential::reads(int node, Phase phase, int i
     const Frame& frame = context_.frame(node);
     const auto add = [&](int slot) {
         const auto& its = place({node, slot});
-        if (its.first < 0 || !its.is_real || is_zero(its.first, its.count)) return;
+        const int row = row_read(node, slot);
+        if (row < 0 || !its.is_real || is_zero(row, its.count)) return;
         for (const auto& part : parts)
-            if (part.row == its.first) return;
-        parts.push_back({its.first, frame.now[slot], d_.slot({node, slot}).type, its.count});
+            if (part.row == row) return;
+        parts.push_back({row, frame.now[slot], d_.slot({node, slot}).type, its.count});
     };
     if (const Call* rule = call(node, phase, index)) {
         for (const auto& operand : rule->operands)
@@ -263,8 +283,8 @@ std::vector<Differential::Part> Differential::writes(int node, Phase phase, int 
             parts.push_back({its.next, frame.next[slot], type, its.count});
         else if (to == Call::Source::rate)
             parts.push_back({its.rate, frame.rate[slot], type, its.count});
-        else if (its.first >= 0)
-            parts.push_back({its.first, frame.now[slot], type, its.count});
+        else if (its.own >= 0)
+            parts.push_back({its.own, frame.now[slot], type, its.count});
     };
     if (const Call* rule = call(node, phase, index)) {
         for (const auto& operand : rule->operands)
@@ -407,7 +427,7 @@ void Differential::rule(int node, Phase phase, const Call& call, const NamedKern
             const auto& its = places_[static_cast<std::size_t>(node)][slot];
             const int row = reference.source == Call::Source::next   ? its.next
                             : reference.source == Call::Source::rate ? its.rate
-                                                                     : its.first;
+                                                                     : its.own;
             if (row >= 0) {
                 written.push_back({row, nullptr, type, its.count});
                 results.push_back(k);
@@ -415,12 +435,13 @@ void Differential::rule(int node, Phase phase, const Call& call, const NamedKern
         }
         if (reference.source != Call::Source::slot) continue;
         const auto& its = place(end);
-        if (its.first < 0 || !its.is_real || is_zero(its.first, its.count)) continue;
+        const int row = row_read(node, reference.slot);
+        if (row < 0 || !its.is_real || is_zero(row, its.count)) continue;
         // What a rule writes it reads only where rules share a workspace.
         if (is_written && slots[slot].role != Role::workspace) continue;
         operand.from = inputs;
         inputs += its.count;
-        read.push_back({its.first, nullptr, type, its.count});
+        read.push_back({row, nullptr, type, its.count});
     }
     if (read.empty()) {
         for (const auto& part : written) rows_.middleRows(part.row, part.count).setZero();
@@ -475,6 +496,13 @@ void Differential::by_differences(int node, Phase phase, int index) {
         for (const auto& part : to) rows_.middleRows(part.row, part.count).setZero();
         return;
     }
+    for (std::size_t a = 0; a < from.size(); ++a)
+        for (std::size_t b = 0; b < a; ++b)
+            if (from[a].data == from[b].data)
+                fail(node,
+                     "it reads its output both by itself and over a wire, and where an input is added or "
+                     "the signal is cut (--open), these differ; put a Gain of 1 into the wire, and choose "
+                     "its output");
     differenced_.insert(node);
     const Task& task = this->task(node, phase, index);
     std::vector<std::vector<double>> values;

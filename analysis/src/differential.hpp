@@ -24,10 +24,13 @@ class Differential {
 
     /// The rows of a signal or state; of an input those of what it reads.
     Eigen::Block<Rows> rows(const Node::End& end);
-    Eigen::Block<Rows> next(const Node::End& state); ///< of a discrete state, after `update`
-    Eigen::Block<Rows> rate(const Node::End& state); ///< of a continuous state, after `derivatives`
+    Eigen::Block<Rows> computed(const Node::End& signal); ///< before what `at` does to it
+    Eigen::Block<Rows> next(const Node::End& state);      ///< of a discrete state, after `update`
+    Eigen::Block<Rows> rate(const Node::End& state);      ///< of a continuous state, after `derivatives`
 
-    /// What is done to a signal as soon as it is computed: adding an input, cutting.
+    /// What is done to a signal as soon as it is computed, for those who read it over a wire: adding an
+    /// input, cutting. The rows have columns of the unknowns of algebraic loops behind the seeds. A block
+    /// that goes on from its own output goes on from what it computed.
     void at(const Node::End& signal, std::function<void(Eigen::Block<Rows>)> change);
 
     int seeds() const { return seeds_; }
@@ -47,6 +50,7 @@ class Differential {
   private:
     struct Place {
         int first = -1, next = -1, rate = -1, count = 0;
+        int own = -1;         ///< as the block computed it: `first`, unless something is done to the signal
         bool is_real = false; ///< numbers that change by little
     };
     /// Something that an activity reads or writes: its rows and its memory.
@@ -58,9 +62,11 @@ class Differential {
     };
     const Place& place(const Node::End& end) const;
     Node::End origin(const Node::End& end) const;
+    int row_read(int node, int slot) const; ///< by the block itself
     bool is_zero(int row, int count) const;
     void run(const Segment& segment, Phase phase, const Runs& runs);
     void run(const Activity& activity, Phase phase, const Runs& runs);
+    void change(int node, int slot);
     void solve(const Loop& loop, const Runs& runs);
     void iterate(const Loop& loop);
     bool is_written(int node, Phase phase, const Call::Reference& operand) const;

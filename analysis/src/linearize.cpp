@@ -195,11 +195,9 @@ class Linearization {
             elements.insert(elements.end(), channel.elements.begin(), channel.elements.end());
             added[{channel.end.node, channel.end.slot}];
         }
-        before_.clear();
         for (const auto& [end, columns] : added)
             differential.at({end.first, end.second},
-                            [this, end = end, columns = columns, cut = cut[end]](Eigen::Block<Rows> rows) {
-                                before_[end] = rows;
+                            [columns = columns, cut = cut[end]](Eigen::Block<Rows> rows) {
                                 for (const int i : cut) rows.row(i).setZero();
                                 for (const auto& [i, c] : columns) rows(i, c) += 1;
                             });
@@ -221,12 +219,10 @@ class Linearization {
     Matrix outputs(Differential& differential) const {
         std::vector<Eigen::RowVectorXd> all;
         for (const auto& channel : to_)
-            for (const int i : channel.elements) {
-                const auto known = before_.find({channel.end.node, channel.end.slot});
-                const bool is_before = known != before_.end() && is_cut(channel.end, i);
-                all.emplace_back(is_before ? Eigen::RowVectorXd(known->second.row(i))
-                                           : Eigen::RowVectorXd(differential.rows(channel.end).row(i)));
-            }
+            for (const int i : channel.elements)
+                all.emplace_back((is_cut(channel.end, i) ? differential.computed(channel.end)
+                                                         : differential.rows(channel.end))
+                                     .row(i));
         Matrix y(static_cast<Eigen::Index>(all.size()), differential.seeds());
         for (std::size_t i = 0; i < all.size(); ++i) y.row(static_cast<Eigen::Index>(i)) = all[i];
         return y;
@@ -307,8 +303,7 @@ class Linearization {
     bool changes_with_inputs(Differential& whole, int node, const std::vector<char>& driven) const {
         for (int s = 0; s < static_cast<int>(slots(node).size()); ++s) {
             if (slot({node, s}).role != Role::output) continue;
-            const auto known = before_.find({node, s});
-            const Rows rows = known != before_.end() ? known->second : Rows(whole.rows({node, s}));
+            const auto rows = whole.computed({node, s});
             for (int c = 0; c < rows.cols(); ++c) {
                 const bool counts =
                     c >= static_cast<int>(driven.size()) || driven[static_cast<std::size_t>(c)];
@@ -484,7 +479,6 @@ class Linearization {
         for (int c = 0; c < n; ++c)
             Ac.row(c) =
                 next.row(kept_[static_cast<std::size_t>(continuous[static_cast<std::size_t>(c)])]).head(n);
-        before_.clear();
         return Ac;
     }
 
@@ -568,10 +562,9 @@ class Linearization {
     const LinearizeOptions& options_;
     const SignalFinder finder_;
     std::vector<Channel> from_, to_, open_, states_;
-    std::map<std::pair<int, int>, Rows> before_; ///< of changed signals, as they were computed
-    std::vector<int> kept_;                      ///< elements of all states that the result has
-    std::set<int> on_path_;                      ///< nodes
-    std::set<int> sampled_;                      ///< rates
+    std::vector<int> kept_; ///< elements of all states that the result has
+    std::set<int> on_path_; ///< nodes
+    std::set<int> sampled_; ///< rates
     bool has_continuous_ = false, has_memory_ = false;
     LinearSystem system_;
 };

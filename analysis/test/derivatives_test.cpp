@@ -72,4 +72,45 @@ TEST(Derivatives, OfEveryStandardBlockAreThoseOfCentralDifferences) {
     std::printf("compared %d, exact %zu\n", compared, exact.size());
 }
 
+TEST(Derivatives, OfAnInputBehindAnyStandardBlockDoNotEnterItsOwnStates) {
+    int compared = 0;
+    for (const auto& [elaborated, steps, unused] : codegen::test::block_cases()) {
+        const Diagram& d = elaborated.diagram;
+        Simulation run(d);
+        run.start();
+        for (const auto& input : run.inputs())
+            for (std::size_t i = 0; i < input.info.elements(); ++i)
+                write_values(input.data + i * static_cast<std::size_t>(bytes(input.type)), input.type, 1,
+                             {0.3 + 0.05 * static_cast<double>(i)});
+        for (const auto& node : d.nodes)
+            for (const auto& slot : node.block->resolution().slots) {
+                if (slot.role != Role::output || slot.type != Type::float64 || slot.size.count() == 0 ||
+                    node.block->declaration().traits.is_root_input)
+                    continue;
+                const std::string signal = node.path + "." + slot.name;
+                for (const bool is_cut : {false, true}) {
+                    LinearizeOptions options{.from = {signal}, .to = {signal}, .all_states = true};
+                    if (is_cut) options.open = {signal};
+                    LinearSystem system;
+                    try {
+                        system = linearize(run, options);
+                    } catch (const RunError&) {
+                        continue;
+                    }
+                    const auto n = slot.size.count();
+                    const Matrix through = Matrix::Identity(n, n) * (is_cut ? 0 : 1);
+                    EXPECT_EQ(system.D, through) << node.type << (is_cut ? ", cut" : "");
+                    for (std::size_t i = 0; i < system.states.size(); ++i) {
+                        if (!system.states[i].starts_with(node.path + ".")) continue;
+                        EXPECT_TRUE((system.B.row(static_cast<Eigen::Index>(i)).array() == 0).all())
+                            << node.type << " of " << d.name << ": " << system.states[i]
+                            << (is_cut ? ", cut" : "");
+                    }
+                    ++compared;
+                }
+            }
+    }
+    EXPECT_GT(compared, 300);
+}
+
 } // namespace bf::analysis::test

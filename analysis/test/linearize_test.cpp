@@ -1,5 +1,7 @@
 #include "bf/analysis/linearize.hpp"
 
+#include "bf/analysis/response.hpp"
+
 #include "../../engine/test/support.hpp"
 
 #include <gtest/gtest.h>
@@ -200,6 +202,55 @@ connections: {u: sum.u1, four: sum.u2, f: sum.u3, sum: [f, y]}
 )m");
     expect_near(system.D, matrix({{1.0 / 6}}), 1e-8);
     EXPECT_NEAR(system.y[0], 1, 1e-9);
+}
+
+TEST(Linearize, CutsALoopWhoseControllerGoesOnFromItsOwnOutput) {
+    // L = C P, C = (3 z - 2.8)/(z - 1), P = 0.1/(z - 0.9).
+    const auto loop = linear(R"m(
+model: m
+step: 0.05
+inputs: [r]
+outputs: [y]
+blocks:
+  e: {block: Sum, signs: +-}
+  pi: {block: DiscreteTransferFunction, numerator: [3 -2.8], denominator: [1 -1]}
+  plant: {block: DiscreteTransferFunction, numerator: 0.1, denominator: [1 -0.9]}
+connections: {r: e.u1, plant: [e.u2, y], e: pi, pi: plant}
+)m",
+                             {.from = {"pi"}, .to = {"pi"}, .open = {"pi"}});
+    ASSERT_EQ(loop.states.size(), 2u);
+    for (const double omega : {0.3, 4.0, 50.0}) {
+        const Complex z = std::exp(Complex(0, omega * 0.05));
+        EXPECT_LT(
+            std::abs(frequency_response(loop, 0, 0, omega) + (3.0 * z - 2.8) / (z - 1.0) * 0.1 / (z - 0.9)),
+            1e-12);
+    }
+}
+
+TEST(Linearize, CutsAnAlgebraicLoopAnywhere) {
+    // L = (2 s + 1)/(s + 3), which is 2 at once.
+    const std::string text = R"m(
+model: m
+step: 0.001
+algebraic_loops: solve
+inputs: [r]
+outputs: [y]
+blocks:
+  e: {block: Sum, signs: +-}
+  g: {block: TransferFunction, numerator: [2 1], denominator: [1 3]}
+connections: {r: e.u1, e: g, g: [e.u2, y]}
+)m";
+    const Complex s(0, 1.7), L = (2.0 * s + 1.0) / (s + 3.0);
+    for (const std::string at : {"e", "g"}) {
+        const auto cut = linear(text, {.from = {at}, .to = {at}, .open = {at}});
+        expect_near(cut.A, matrix({{-3}}));
+        expect_near(cut.D, matrix({{-2}}));
+        EXPECT_LT(std::abs(frequency_response(cut, 0, 0, 1.7) + L), 1e-13) << at;
+        const auto added = linear(text, {.from = {at}, .to = {at}});
+        EXPECT_LT(std::abs(frequency_response(added, 0, 0, 1.7) - 1.0 / (1.0 + L)), 1e-13) << at;
+    }
+    const auto ahead = linear(text, {.to = {"g"}, .open = {"g"}});
+    EXPECT_LT(std::abs(frequency_response(ahead, 0, 0, 1.7) - L), 1e-13);
 }
 
 /// A sampled controller at two rates around a continuous plant.

@@ -13,7 +13,8 @@ namespace bf::analysis {
 /// one element.
 struct LinearizeOptions {
     /// Where the input is added: an input of the root, or any signal, to whose value it is added for all that
-    /// read it. None: all inputs of the root.
+    /// read it over a wire; the block that computes it goes on from its own value. None: all inputs of the
+    /// root.
     std::vector<std::string> from = {};
     /// What is looked at: signals, and states by "block.state". None: all outputs of the root.
     std::vector<std::string> to = {};

@@ -103,6 +103,8 @@ class Trim {
         KINSetFuncNormTol(memory.get(), tolerance);
         KINSetScaledStepTol(memory.get(), 1e-14);
         KINSetMaxSetupCalls(memory.get(), 1);
+        // Without this KINSOL goes on by at most 1, and that five times, where it begins at 0.
+        KINSetMaxNewtonStep(memory.get(), 1e9);
         KINSetNumMaxIters(memory.get(), 200);
         static_cast<void>(KINSol(memory.get(), z.get(), KIN_LINESEARCH, ones.get(), ones.get()));
         if (error_) std::rethrow_exception(error_);

@@ -67,14 +67,14 @@ TEST(Trim, HoldsStatesAndKeepsBounds) {
 }
 
 TEST(Trim, NeedsNoTargetWhateverTheRootHas) {
-    // A second torque, and a second output.
+    // A second torque, against the first, and a second output.
     auto text = pendulum;
     const auto put = [&](const std::string& old, const std::string& with) {
         text.replace(text.find(old), old.size(), with);
     };
     put("inputs: [u]", "inputs: [u, w]");
     put("outputs: [angle]", "outputs: [angle, rate]");
-    put("u1 -", "u1 + 2*u4 -");
+    put("u1 -", "u1 - 2*u4 -");
     put("[alpha.u3, theta]", "[alpha.u3, theta, rate]\n  w: alpha.u4");
     Session session(text);
     const auto rests = trim(*session.simulation, {});
@@ -86,7 +86,7 @@ TEST(Trim, NeedsNoTargetWhateverTheRootHas) {
         const auto found =
             trim(*again.simulation, {.free = {"u", "w"}, .hold = {{held, 1}, {"theta.x", 0.5}}});
         const double torque = 9.81 * std::sin(0.5);
-        EXPECT_NEAR(number(found.free, other), held == "u" ? (torque - 1) / 2 : torque - 2, 1e-9);
+        EXPECT_NEAR(number(found.free, other), held == "u" ? (1 - torque) / 2 : torque + 2, 1e-9);
     }
 }
 

@@ -122,8 +122,9 @@ bool RemoteConnection::begin_step() noexcept {
 
 bool RemoteConnection::refresh() noexcept {
     take();
-    // Where a robot waits, no time passes before it is told how far it may go, and the first step is now.
-    const double due = begin_ + static_cast<double>(steps_) * period_ - period_ / 2;
+    // Where a robot waits, no time passes before it is told how far it may go, and the first step is now. The
+    // robot's clock counts in its own periods, of which a step may take several: only the last one is due.
+    const double due = begin_ + static_cast<double>(steps_) * period_ - std::min(period_, robot_.period) / 2;
     for (const double began = now();;) {
         if (is_interrupted()) return fail("%s", interrupted);
         const bool is_due = !options_.follows || time() >= due;

@@ -136,4 +136,34 @@ class Served {
     std::unique_ptr<RobotHost> host;
 };
 
+/// A controller is stepped by a multiple of the robot's period: each of its steps sees the state of its time.
+/// `world` is the block of the robot that is served, with a period of 0.001 s. The oracle is the same
+/// diagram with a world of its own.
+inline void expect_each_step_at_its_time(const std::string& world, const std::string& plugin, int ratio) {
+    const auto slow = [&](std::string blocks) {
+        const std::string each = "period: 0.001", other = "period: 0.00" + std::to_string(ratio);
+        return blocks.replace(blocks.find(each), each.size(), other);
+    };
+    const std::string blocks = slow("  look: {block: WholeBodyToolbox/GetMeasurement, period: 0.001}\n") +
+                               slow("  sine: {block: Sine, amplitude: [0.3 -0.2 0.1], frequency: 6, period: "
+                                    "0.001}\n") +
+                               slow("  drive: {block: WholeBodyToolbox/SetReferences, control_type: Torque, "
+                                    "period: 0.001}\n");
+    Running direct(diagram(icub + icub_world + blocks, wires));
+    std::vector<Matrix> expected;
+    for (int k = 0; k < 100; ++k) {
+        ASSERT_TRUE(direct.step()) << direct.simulation.failure();
+        expected.push_back(direct.get("look.y"));
+    }
+    EXPECT_GT(expected.back().norm(), 1e-4) << "it moved";
+    Running remote(diagram(icub + slow(world) + blocks, wires, plugin)); // alone, so that it has to wait
+    for (std::size_t k = 0; k < expected.size(); ++k) {
+        ASSERT_TRUE(remote.step()) << remote.simulation.failure();
+        if (k % static_cast<std::size_t>(ratio) != 0) continue;
+        ASSERT_NEAR(remote.scalar("world.time"), 0.001 * static_cast<double>(k), 1e-12);
+        ASSERT_NEAR(remote.scalar("world.drift"), 0, 1e-12);
+        ASSERT_EQ(remote.get("look.y"), expected[k]) << "at " << k << " ms";
+    }
+}
+
 } // namespace bf::middleware::test

@@ -166,11 +166,14 @@ TEST(SharedMemoryRobot, StepsByMultiplesOfTheRobotsPeriod) {
                         "in shared memory: it goes on by 0.001 s in each of its steps, and "
                         "this block by " +
                             period + " s; give the block the period of the robot");
-    Running remote(at("0.003"));
-    for (int k = 0; k <= 60; ++k) {
-        ASSERT_TRUE(remote.step()) << remote.simulation.failure();
+}
+
+TEST(SharedMemoryRobot, IsSeenAtTheTimesOfASlowerController) {
+    for (const int ratio : {2, 3, 5}) {
+        Served served("slower", diagram(icub + icub_world));
+        served.run();
+        middleware::test::expect_each_step_at_its_time(icub_at("slower"), "SharedMemory", ratio);
     }
-    EXPECT_NEAR(remote.scalar("world.time"), 0.006, 1e-12);
 }
 
 TEST(SharedMemoryRobot, MendsWhatControllersKnowItBy) {

@@ -155,6 +155,16 @@ TEST(UdpRobot, IsTheServedOneBitForBit) {
     }
 }
 
+TEST(UdpRobot, IsSeenAtTheTimesOfASlowerController) {
+    for (const int ratio : {2, 5}) {
+        const int port = free_port();
+        Served served(port);
+        served.run();
+        BadWay way(port, {0.05, 0, 0.005, 0.05});
+        middleware::test::expect_each_step_at_its_time(icub_at(way.port()), "Udp", ratio);
+    }
+}
+
 TEST(UdpRobot, TakesAndGivesGains) {
     const int port = free_port();
     Served served(port);

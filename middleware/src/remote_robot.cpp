@@ -85,7 +85,15 @@ void RemoteConnection::start() {
     is_open_ = true;
     is_begun_ = is_driven_ = false;
     const double end = now() + options_.start_timeout;
-    while (!take()) {
+    // Gains come on their own, and a step that reads them does not wait.
+    bool has_state = false,
+         has_gains = !robot_.has_position_gains && !robot_.has_torque_gains && !robot_.has_motor_parameters;
+    const auto has_all = [&] {
+        has_state |= take();
+        has_gains |= take_gains();
+        return has_state && has_gains;
+    };
+    while (!has_all()) {
         if (is_interrupted()) return; // the first step tells
         if (!is_fitting()) {
             const std::string text = error_;
@@ -93,8 +101,10 @@ void RemoteConnection::start() {
             throw std::runtime_error(text);
         }
         if (link_->is_gone()) refuse("it ended while it was connected to");
-        if (now() > end) refuse("it is there, but sends no state; look whether it runs");
-        link_->wait(0.05);
+        if (now() > end)
+            refuse(std::string("it is there, but sends no ") + (has_state ? "gains" : "state") +
+                   "; look whether it runs");
+        link_->wait(0.01);
     }
     begin_ = time();
 }
@@ -275,19 +285,20 @@ bool RemoteConnection::write(ControlMode, const Eigen::Ref<const Eigen::VectorXd
     return true;
 }
 
-void RemoteConnection::take_gains() noexcept {
+bool RemoteConnection::take_gains() noexcept {
     // What was written is read back before the robot has taken it.
-    if (!link_->take_gains(gains_.data())) return;
+    if (!link_->take_gains(gains_.data())) return false;
     const bool is_ours = gains_[RobotLayout::of] == settings_[RobotLayout::of];
-    if (settings_[RobotLayout::count] > (is_ours ? gains_[RobotLayout::count] : 0)) return;
+    if (settings_[RobotLayout::count] > (is_ours ? gains_[RobotLayout::count] : 0)) return true;
     std::copy(gains_.begin() + RobotLayout::settings_head, gains_.end(),
               settings_.begin() + RobotLayout::settings_head);
+    return true;
 }
 
 bool RemoteConnection::send_settings(double which) noexcept {
     const auto bits = static_cast<int>(settings_[RobotLayout::changed]) | static_cast<int>(which);
     settings_[RobotLayout::changed] = bits;
-    ++settings_[RobotLayout::count];
+    command_[RobotLayout::given] = ++settings_[RobotLayout::count];
     link_->send_settings(settings_.data());
     return true;
 }

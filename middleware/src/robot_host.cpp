@@ -84,7 +84,12 @@ void RobotHost::step(double time) noexcept {
             let_go(Event::silent);
     } else {
         const double may_go = time + description_.period / 2;
-        for (take(); session_ == 0 || command_[RobotLayout::until] < may_go; take()) {
+        const auto has_all = [&] {
+            take();
+            const bool has_settings = take_settings();
+            return has_settings && session_ != 0 && command_[RobotLayout::until] >= may_go;
+        };
+        while (!has_all()) {
             if (is_interrupted() || (options_.goes_on && !options_.goes_on())) return;
             if (session_ != 0 && end_.is_gone()) let_go(Event::died);
             end_.wait(0.05);
@@ -159,6 +164,13 @@ void RobotHost::take() noexcept {
     }
 }
 
+/// Have those come that were given before the newest command?
+bool RobotHost::take_settings() noexcept {
+    are_new_ |= end_.take_settings(settings_.data());
+    const double came = settings_[RobotLayout::of] == session_ ? settings_[RobotLayout::count] : 0;
+    return came >= command_[RobotLayout::given];
+}
+
 void RobotHost::obey() noexcept {
     if (session_ == 0) return;
     obey_settings();
@@ -189,7 +201,9 @@ void RobotHost::obey() noexcept {
 }
 
 void RobotHost::obey_settings() noexcept {
-    if (!end_.take_settings(settings_.data()) || settings_[RobotLayout::of] != session_) return;
+    take_settings();
+    if (!are_new_ || settings_[RobotLayout::of] != session_) return;
+    are_new_ = false;
     const double changed = settings_[RobotLayout::changed];
     const int which = changed >= 0 && changed < 8 ? static_cast<int>(changed) : 0;
     is_changed_ = true;

@@ -235,7 +235,7 @@ TEST(SharedMemoryRobot, HoldsItsJointsWhenTheControllerIsKilled) {
                 command[Layout::number] = command[Layout::mode_count] = command[Layout::references] = 1;
                 command[Layout::until] = 0.0015;
                 command[Layout::mode_asked] = static_cast<int>(toolbox::ControlMode::torque);
-                command[Layout::limit] = command[Layout::release] = 0;
+                command[Layout::limit] = command[Layout::given] = command[Layout::release] = 0;
                 link->send_command(command.data());
                 pause();
             } catch (const std::exception&) {
@@ -370,7 +370,7 @@ TEST(SharedMemoryRobot, RefusesReferencesThatAreNotFinite) {
     command[Layout::session] = 7;
     command[Layout::number] = command[Layout::mode_count] = command[Layout::references] = 1;
     command[Layout::until] = 1;
-    command[Layout::limit] = command[Layout::release] = 0;
+    command[Layout::limit] = command[Layout::given] = command[Layout::release] = 0;
     const auto refused = [&](double mode) {
         command[Layout::mode_asked] = mode;
         ++command[Layout::session];

@@ -232,6 +232,13 @@ class Link final : public middleware::RobotLink {
             return;
         }
         if (!vectors_) return;
+        // Settings are repeated until the robot has taken them, and go first: a robot that waits for a
+        // command waits for what was set before it, too.
+        const auto& settings = vectors_->settings.last();
+        const auto& state = vectors_->state.last();
+        vectors_->settings.send(*key_, session_, sequence_, socket_, server_,
+                                state[RobotLayout::owner] != settings[RobotLayout::of] ||
+                                    state[RobotLayout::settings] != settings[RobotLayout::count]);
         // The last word is said thrice, as nobody repeats it.
         bool is_said = false;
         for (int said = 0; said < (is_closing_ ? 3 : 1); ++said)
@@ -240,10 +247,6 @@ class Link final : public middleware::RobotLink {
             key_->seal({Kind::here, session_, ++sequence_, 0}, {}, datagram_);
             socket_.send(datagram_, server_);
         }
-        // Settings are repeated until the robot has taken them.
-        const double wanted = vectors_->settings.last()[RobotLayout::count];
-        vectors_->settings.send(*key_, session_, sequence_, socket_, server_,
-                                wanted != vectors_->state.last()[RobotLayout::settings]);
     }
 
     const std::string address_, key_file_, name_;
@@ -293,7 +296,7 @@ class End final : public middleware::RobotEnd {
         return vectors_->settings.take(settings, stamp);
     }
     void wait(double timeout) noexcept override {
-        bell_.wait(timeout, [&] { return vectors_->command.is_there(); });
+        bell_.wait(timeout, [&] { return vectors_->command.is_there() || vectors_->settings.is_there(); });
     }
     bool is_gone() noexcept override { return now() - heard_ > gone_after; }
     Counts counts() const noexcept override { return arrivals_.counts(); }

@@ -97,7 +97,7 @@ class RemoteConnection final : public toolbox::RobotConnection {
     /// For how long nothing has come that is awaited, s.
     double silence() const noexcept;
     bool is_still_ours() noexcept;
-    void take_gains() noexcept;
+    bool take_gains() noexcept;
     bool send_settings(double which) noexcept;
     template <class... Values> bool fail(const char* format, Values... values) noexcept;
     /// values[i] = what of the robot's joint that is our joint i.

@@ -24,7 +24,7 @@ extern const char* const mode_names[mode_count];
 
 /// A served robot, as its server tells it to whoever connects.
 struct RobotDescription {
-    static constexpr int version = 1; ///< of all that this file says
+    static constexpr int version = 2; ///< of all that this file says
 
     std::string name;
     int process = 0;     ///< of the server; 0: it is a thread of the controller's own program
@@ -76,6 +76,7 @@ struct RobotLayout {
         mode_asked, ///< by number
         limit,      ///< RobotConnection::set_trajectory_limit
         references, ///< how often references were given since the mode was set
+        given,      ///< number of the last settings that were given before it
         release,    ///< 1: it is the last one
         command_head
     };

@@ -78,6 +78,7 @@ class RobotHost {
     void show(double time) noexcept;
     void show_gains() noexcept;
     void take() noexcept;
+    bool take_settings() noexcept;
     void obey() noexcept;
     void obey_settings() noexcept;
     void refuse(Refusal what) noexcept;
@@ -106,6 +107,7 @@ class RobotHost {
     double heard_ = 0;                      ///< when the last command was given, s
     double modes_set_ = 0, references_ = 0; ///< how many of those that it asked for were done
     bool is_changed_ = false;               ///< loops are not those of before
+    bool are_new_ = false;                  ///< settings, which nobody has obeyed
     std::array<std::atomic<Event>, 64> events_{};
     std::atomic<unsigned> told_{0}, seen_{0};
     std::atomic<int> gone_{0};

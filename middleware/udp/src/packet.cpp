@@ -14,9 +14,11 @@ namespace bf::udp {
 static_assert(std::endian::native == std::endian::little, "numbers are sent as they lie in memory");
 
 Key::Key(const std::string& file, bool may_make) {
+    const std::string copy = "copy that of the other side";
     if (!may_make && access(file.c_str(), F_OK) != 0)
-        throw std::runtime_error("there is no key file " + file + "; copy that of the other side");
-    if (const auto wrong = realtime::read_token(file, token_); !wrong.empty())
+        throw std::runtime_error("there is no key file " + file + "; " + copy);
+    const auto remedy = may_make ? "remove the file, and one is made" : copy;
+    if (const auto wrong = realtime::read_token(file, token_, "key", remedy); !wrong.empty())
         throw std::runtime_error(wrong);
 }
 

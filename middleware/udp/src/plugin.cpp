@@ -31,7 +31,8 @@ class StreamsBlock final : public Block {
     explicit StreamsBlock(const Arguments& arguments) : Block(arguments), key_(path_of(*key)) {
         for (const auto& wanted : *peers)
             if (auto wrong = wrong_address(wanted); !wrong.empty()) problem("argument 'peers': " + wrong);
-        if (auto wrong = wrong_address(address); !wrong.empty()) problem("argument 'address': " + wrong);
+        if (auto wrong = wrong_address(address, true); !wrong.empty())
+            problem("argument 'address': " + wrong);
     }
     Argument<std::string> address{
         this,

@@ -387,9 +387,9 @@ class End final : public middleware::RobotEnd {
 
 } // namespace
 
-std::string wrong_address(const std::string& address) {
+std::string wrong_address(const std::string& address, bool may_choose) {
     try {
-        address_of(address);
+        address_of(address, may_choose);
     } catch (const std::runtime_error& error) {
         return error.what();
     }

@@ -28,7 +28,7 @@ std::string Address::text() const {
     return std::string(host) + ":" + std::to_string(ntohs(ip.sin_port));
 }
 
-Address address_of(const std::string& text) {
+Address address_of(const std::string& text, bool may_choose) {
     const auto colon = text.rfind(':');
     std::string host = colon == text.npos ? "127.0.0.1" : text.substr(0, colon);
     const std::string port = colon == text.npos ? text : text.substr(colon + 1);
@@ -41,6 +41,8 @@ Address address_of(const std::string& text) {
         inet_pton(AF_INET, host.c_str(), &address.ip.sin_addr) != 1)
         throw std::runtime_error("'" + text +
                                  "' is no address; write PORT, or HOST:PORT such as 192.168.0.5:9000");
+    if (number == 0 && !may_choose)
+        throw std::runtime_error("'" + text + "' has no port; write one from 1 to 65535");
     address.ip.sin_port = htons(static_cast<std::uint16_t>(number));
     return address;
 }

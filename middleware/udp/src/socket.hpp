@@ -20,9 +20,9 @@ struct Address {
     std::string text() const;
 };
 
-/// PORT, which is one of this computer alone, or HOST:PORT with a numeric address of IPv4, or localhost.
-/// Throws std::runtime_error.
-Address address_of(const std::string& text);
+/// PORT, which is one of this computer alone, or HOST:PORT with a numeric address of IPv4, or localhost;
+/// 0, a port that the system chooses, if `may_choose`. Throws std::runtime_error.
+Address address_of(const std::string& text, bool may_choose = false);
 
 /// Calls `receive` for each datagram that comes, and `send` when it is woken and otherwise every `pause` s,
 /// all in its thread.

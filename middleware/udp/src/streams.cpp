@@ -132,7 +132,7 @@ void StreamsConnection::start() {
     nonce_ = random_number();
     peers_.clear();
     for (const auto& peer : peer_names_) peers_.push_back({address_of(peer), true, 0, 0});
-    socket_.open(address_of(at_));
+    socket_.open(address_of(at_, true));
     socket_.run([this](auto datagram, const Address& from) { receive(datagram, from); }, [this] { send(); },
                 pause);
 }

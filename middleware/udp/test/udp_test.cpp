@@ -496,9 +496,25 @@ TEST(UdpRobot, KnowsItsOwnByTheKey) {
     EXPECT_GT(served.end->counts().rejected, 0U);
     expect_contains(refusal(diagram(icub + icub_at(port, quick, "/nowhere/key"))),
                     here + "there is no key file /nowhere/key; copy that of the other side");
-    expect_contains(
-        refusal(diagram(icub + "  w: {block: Udp/Robot, period: 0.001, address: \"'here:x'\"}\n")),
-        "argument 'address': 'here:x' is no address; write PORT, or HOST:PORT such as");
+    const std::string file = key_file("short");
+    std::ofstream(file) << "short\n";
+    const std::string wrong =
+        "the key file " + file + " needs one line of 16 to 255 letters, digits and -._~; ";
+    expect_contains(refusal(diagram(icub + icub_at(port, quick, file))),
+                    here + wrong + "copy that of the other side");
+    try {
+        make_end(std::to_string(free_port()), file)->start({});
+        ADD_FAILURE() << "a short key";
+    } catch (const std::exception& error) {
+        expect_contains(error.what(), wrong + "remove the file, and one is made");
+    }
+    const auto refused = [&](const std::string& address) {
+        return refusal(
+            diagram(icub + "  w: {block: Udp/Robot, period: 0.001, address: \"'" + address + "'\"}\n"));
+    };
+    expect_contains(refused("here:x"),
+                    "argument 'address': 'here:x' is no address; write PORT, or HOST:PORT such as");
+    expect_contains(refused("0"), "argument 'address': '0' has no port; write one from 1 to 65535");
     Running first(diagram(icub + icub_at(port)));
     for (int k = 0; k < 3; ++k) {
         ASSERT_TRUE(first.step()) << first.simulation.failure();

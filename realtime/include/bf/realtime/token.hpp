@@ -38,9 +38,10 @@ inline bool is_token(std::string_view given, std::string_view token) noexcept {
 }
 
 /// Reads the token in a file of one line; makes the file, with a random token and for its owner alone, where
-/// there is none. Empty, or what is wrong.
-inline std::string read_token(const std::string& file, std::string& token) {
-    const auto wrong = [&](const std::string& text) { return "the token file " + file + " " + text; };
+/// there is none. Empty, or what is wrong, with `what` it is and how one that is not fit is replaced.
+inline std::string read_token(const std::string& file, std::string& token, const std::string& what = "token",
+                              const std::string& remedy = "remove the file, and one is made") {
+    const auto wrong = [&](const std::string& text) { return "the " + what + " file " + file + " " + text; };
     const int made = ::open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
     if (made >= 0) {
         token = random_token();
@@ -70,8 +71,7 @@ inline std::string read_token(const std::string& file, std::string& token) {
         token.find_first_not_of("0123456789abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
                                 "-._~") == std::string::npos;
     if (token.size() < 16 || token.size() > 255 || !is_plain)
-        return wrong("needs one line of 16 to 255 letters, digits and -._~, for the token is part of an "
-                     "address; remove the file, and one is made");
+        return wrong("needs one line of 16 to 255 letters, digits and -._~; " + remedy);
     return "";
 }
 

@@ -9,8 +9,8 @@
 
 namespace bf::udp {
 
-/// What is wrong with an address; empty: nothing.
-std::string wrong_address(const std::string& address);
+/// What is wrong with an address; empty: nothing. Port 0 is one that the system chooses, for this side alone.
+std::string wrong_address(const std::string& address, bool may_choose = false);
 
 /// Both sides of a robot. Addresses are PORT, of this computer alone, or HOST:PORT; `key` is a file of one
 /// line that both sides have. Nothing is opened before start().

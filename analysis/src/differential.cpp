@@ -472,7 +472,8 @@ template <class Evaluate>
 void Differential::bend(int node, const Vector& direction, double step, double precision, const Vector& here,
                         const Vector& above, const Vector& below, Evaluate&& evaluate, Vector& slopes) {
     const Vector far = above - 2 * here + below;
-    const double change = std::max((above - here).cwiseAbs().maxCoeff(), (here - below).cwiseAbs().maxCoeff());
+    const double change =
+        std::max((above - here).cwiseAbs().maxCoeff(), (here - below).cwiseAbs().maxCoeff());
     const auto is_bent = [&](Eigen::Index i) {
         return std::abs(far[i]) > std::max(1e-3 * change, 100 * precision * (1 + std::abs(here[i])));
     };

@@ -110,9 +110,7 @@ class Dual {
     }
 
   private:
-    void meets(const Dual& other) const {
-        is_at_corner |= value == other.value && slope != other.slope;
-    }
+    void meets(const Dual& other) const { is_at_corner |= value == other.value && slope != other.slope; }
     /// f(x), where f has this value and this derivative. What does not depend on anything has no derivative,
     /// even where f has none.
     Dual through(double f, double derivative) const { return {f, slope == 0 ? 0 : derivative * slope}; }

@@ -536,8 +536,8 @@ class Linearization {
         return seen;
     }
 
-    /// Where blocks jump or have a corner, derivatives may be 0 and the path end there; zero-crossing functions
-    /// tell of those that no derivative met.
+    /// Where blocks jump or have a corner, derivatives may be 0 and the path end there; zero-crossing
+    /// functions tell of those that no derivative met.
     void find_kinks(const Differential& whole) {
         for (const int node : behind_outputs())
             if (whole.kinks().contains(node) || (on_path_.contains(node) && is_at_zero_crossing(node)))

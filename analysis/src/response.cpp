@@ -239,14 +239,13 @@ Margins margins(const LinearSystem& loop, int output, int input) {
         before = now;
     }
     const auto distance = [&](double w) { return std::abs(1.0 + L(w)); };
-    found.modulus = least(distance, grid[nearest == 0 ? 0 : nearest - 1],
-                          grid[std::min(nearest + 1, grid.size() - 1)]);
+    found.modulus =
+        least(distance, grid[nearest == 0 ? 0 : nearest - 1], grid[std::min(nearest + 1, grid.size() - 1)]);
     // At 0, where no pole is, L is real; and so it is far above all poles.
     const auto all = poles(loop);
     const double rounding = 1e-9 * (1 + loop.A.norm());
-    if (std::none_of(all.begin(), all.end(), [&](const Complex& p) {
-            return std::abs(loop.period > 0 ? p - 1.0 : p) < rounding;
-        })) {
+    if (std::none_of(all.begin(), all.end(),
+                     [&](const Complex& p) { return std::abs(loop.period > 0 ? p - 1.0 : p) < rounding; })) {
         see_gain(0);
         found.modulus = std::min(found.modulus, distance(0));
     }

@@ -338,9 +338,9 @@ connections: {u: limit, limit: y}
 
 /// c + u through a block.
 LinearSystem beside(const std::string& c, const std::string& block) {
-    return linear("model: m\nstep: 0.1\ninputs: [u]\noutputs: [y]\nblocks:\n  c: {block: Constant, value: " + c +
-                  "}\n  s: {block: Sum}\n  b: {block: " + block +
-                  "}\nconnections: {c: s.u1, u: s.u2, s: b, b: y}\n");
+    return linear(
+        "model: m\nstep: 0.1\ninputs: [u]\noutputs: [y]\nblocks:\n  c: {block: Constant, value: " + c +
+        "}\n  s: {block: Sum}\n  b: {block: " + block + "}\nconnections: {c: s.u1, u: s.u2, s: b, b: y}\n");
 }
 
 TEST(Linearize, NamesCornersAndJumpsWhereItTakesOneSide) {

@@ -186,6 +186,7 @@ void Differential::run(const Activity& activity, Phase phase, const Runs& runs) 
 /// z = f(z, s) of an algebraic loop gives dz = (I - ∂f/∂z)⁻¹ ∂f/∂s ds, the implicit function theorem; what
 /// else is computed in the loop follows from both.
 void Differential::solve(const Loop& loop, const Runs& runs) {
+    if (std::none_of(loop.nodes.begin(), loop.nodes.end(), runs)) return; // it is held
     const auto number = static_cast<std::size_t>(&loop - d_.plan.loops.data());
     const int column = first_unknown_[number];
     int unknowns = 0;

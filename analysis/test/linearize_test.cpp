@@ -253,6 +253,25 @@ connections: {r: e.u1, e: g, g: [e.u2, y]}
     EXPECT_LT(std::abs(frequency_response(ahead, 0, 0, 1.7) - L), 1e-13);
 }
 
+TEST(Linearize, HoldsASampledAlgebraicLoopBetweenItsSamples) {
+    const auto text = [](const std::string& blocks, const std::string& connections) {
+        return "model: m\nstep: 0.01\nsolver: rk4\nalgebraic_loops: solve\ninputs: [r]\noutputs: [y]\n"
+               "blocks:\n  h: {block: ZeroOrderHold, period: 0.02}\n  p: {block: Integrator}\n" +
+               blocks + "connections: {r: h, p: y, " + connections + "}\n";
+    };
+    const auto loop = linear(text("  e: {block: Sum, signs: +-}\n  g: {block: DiscreteTransferFunction, "
+                                  "numerator: [2 1], denominator: [1 -0.5]}\n",
+                                  "h: e.u1, e: g, g: [e.u2, p]"));
+    // G/(1 + G)
+    const auto closed = linear(text("  g: {block: DiscreteTransferFunction, numerator: [2 1], "
+                                    "denominator: [3 0.5]}\n",
+                                    "h: g, g: p"));
+    ASSERT_EQ(loop.period, 0.02);
+    for (const double omega : {0.3, 4.0, 50.0})
+        EXPECT_LT(std::abs(frequency_response(loop, 0, 0, omega) - frequency_response(closed, 0, 0, omega)),
+                  1e-12);
+}
+
 /// A sampled controller at two rates around a continuous plant.
 const std::string sampled = R"m(
 model: m

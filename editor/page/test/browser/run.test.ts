@@ -108,6 +108,7 @@ describe.skipIf(!is_there || !command)("a run", () => {
     await page.keyboard.press("Shift+W");
     await page.waitForTimeout(200);
     expect(await panels()).toEqual(each);
+    await page.getByRole("button", { name: "Undo" }).and(page.locator(":enabled")).waitFor();
     await page.keyboard.press("Control+z");
     await soon(() => desk.text()).toBe(model);
   });

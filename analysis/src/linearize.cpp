@@ -3,12 +3,12 @@
 #include "bf/core/registry.hpp"
 #include "bf/program/program.hpp"
 #include "differential.hpp"
+#include "look.hpp"
 
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <exception>
 #include <functional>
 #include <map>
 #include <numeric>
@@ -25,6 +25,19 @@ struct Channel {
     std::vector<int> elements;
     std::string name = {}; ///< as the signal was asked for
 };
+
+/// Those nodes, and all that are reached from them: `visit(node, go)` calls `go` of each neighbour.
+template <class Visit> std::set<int> reached(std::set<int> nodes, Visit&& visit) {
+    std::vector<int> pending(nodes.begin(), nodes.end());
+    while (!pending.empty()) {
+        const int node = pending.back();
+        pending.pop_back();
+        visit(node, [&](int other) {
+            if (nodes.insert(other).second) pending.push_back(other);
+        });
+    }
+    return nodes;
+}
 
 class Linearization {
   public:
@@ -288,15 +301,11 @@ class Linearization {
         // Blocks without states are on a path where they change with the inputs and somebody on it reads
         // them.
         for (const auto& channel : to_) ends.insert(channel.end.node);
-        std::vector<int> pending(ends.begin(), ends.end());
-        while (!pending.empty()) {
-            const int node = pending.back();
-            pending.pop_back();
+        const auto read = reached(ends, [&](int node, auto&& go) {
             for (const auto& [source, slot, reader] : whole.flows())
-                if (reader == node && !is_cut({source, slot}) && ends.insert(source).second)
-                    pending.push_back(source);
-        }
-        for (const int node : ends)
+                if (reader == node && !is_cut({source, slot})) go(source);
+        });
+        for (const int node : read)
             if (changes_with_inputs(whole, node, driven)) on_path_.insert(node);
     }
 
@@ -523,17 +532,12 @@ class Linearization {
 
     /// Nodes that what is looked at depends on, by wires.
     std::set<int> behind_outputs() const {
-        std::set<int> seen;
-        std::vector<int> todo;
-        for (const auto& channel : to_) todo.push_back(channel.end.node);
-        while (!todo.empty()) {
-            const int node = todo.back();
-            todo.pop_back();
-            if (!seen.insert(node).second) continue;
+        std::set<int> ends;
+        for (const auto& channel : to_) ends.insert(channel.end.node);
+        return reached(std::move(ends), [this](int node, auto&& go) {
             for (const auto& source : d_.nodes[static_cast<std::size_t>(node)].sources)
-                if (source.node >= 0) todo.push_back(source.node);
-        }
-        return seen;
+                if (source.node >= 0) go(source.node);
+        });
     }
 
     /// Where blocks jump or have a corner, derivatives may be 0 and the path end there; zero-crossing
@@ -569,44 +573,17 @@ class Linearization {
     LinearSystem system_;
 };
 
-/// Does something where the outputs of a step are there and its states have not moved on.
-class Look final : public Run::Observer {
-  public:
-    explicit Look(std::function<void()> look) : look_(std::move(look)) {}
-    void observe(const Run& run) noexcept override {
-        if (is_done_ || run.shows_event()) return;
-        is_done_ = true;
-        try {
-            look_();
-        } catch (...) {
-            error_ = std::current_exception();
-        }
-    }
-    void rethrow() const {
-        if (error_) std::rethrow_exception(error_);
-    }
-
-  private:
-    std::function<void()> look_;
-    bool is_done_ = false;
-    std::exception_ptr error_;
-};
-
 } // namespace
 
 LinearSystem linearize(Simulation& run, const LinearizeOptions& options) {
     LinearSystem system;
-    Look look([&] {
+    const Status status = step_with(run, [&] {
         // Differences write over what outputs and states were.
         std::vector<std::byte> saved(run.context().snapshot_size());
         run.context().save(saved.data());
         system = Linearization(run, options)();
         run.context().restore(saved.data());
     });
-    run.add_observer(look);
-    const Status status = run.step();
-    run.remove_observer(look);
-    look.rethrow();
     if (!status) throw RunError(run.failure());
     return system;
 }

@@ -38,6 +38,14 @@ template <class F> double crossing(F&& f, double a, double b) {
     return std::sqrt(a * b);
 }
 
+/// Evenly on a logarithmic axis.
+std::vector<double> logarithmic(double low, double high, int count) {
+    std::vector<double> all;
+    for (int i = 0; i < count; ++i)
+        all.push_back(low * std::pow(high / low, static_cast<double>(i) / (count - 1)));
+    return all;
+}
+
 double decibels(const Complex& value) { return 20 * std::log10(std::abs(value)); }
 
 /// The same system with one input and one output.
@@ -118,10 +126,7 @@ std::vector<double> frequencies(const LinearSystem& system, int output, int inpu
         low = std::min(low, high / 1000);
     }
     low = std::max(low, high * 1e-8);
-    std::vector<double> all;
-    for (int i = 0; i < count; ++i)
-        all.push_back(low * std::pow(high / low, static_cast<double>(i) / (count - 1)));
-    return all;
+    return logarithmic(low, high, count);
 }
 
 Response response(const LinearSystem& system, int output, int input, const std::vector<double>& omega) {
@@ -181,10 +186,7 @@ template <class F> std::vector<double> wide(const LinearSystem& loop, int output
     for (int i = 0; i < most_decades && loop.period == 0 && goes_to_one(high, 10 * high); ++i) high *= 10;
     for (int i = 0; i < most_decades && goes_to_one(low, low / 10); ++i) low /= 10;
     const int count = static_cast<int>(per_decade * std::max(10.0, std::log10(high / low)));
-    std::vector<double> all;
-    for (int i = 0; i < count; ++i)
-        all.push_back(low * std::pow(high / low, static_cast<double>(i) / (count - 1)));
-    return all;
+    return logarithmic(low, high, count);
 }
 
 /// Where f is least between a and b, by golden sections.

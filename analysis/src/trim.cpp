@@ -2,35 +2,22 @@
 
 #include "bf/analysis/linearize.hpp"
 #include "bf/core/registry.hpp"
+#include "look.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <exception>
-#include <functional>
 #include <kinsol/kinsol.h>
 #include <memory>
 #include <nvector/nvector_serial.h>
 #include <sunlinsol/sunlinsol_dense.h>
 #include <sunmatrix/sunmatrix_dense.h>
-#include <utility>
 
 namespace bf::analysis {
 
 namespace {
 
 constexpr double tolerance = 1e-10; ///< of residuals, relative where values are larger than 1
-
-/// Sees a step before its states change.
-class Watch final : public Run::Observer {
-  public:
-    explicit Watch(std::function<void()> look) : look_(std::move(look)) {}
-    void observe(const Run& run) noexcept override {
-        if (!run.shows_event() && look_) std::exchange(look_, {})();
-    }
-
-  private:
-    std::function<void()> look_;
-};
 
 /// An element of the diagram's memory that is found, held or looked at.
 struct Variable {
@@ -216,7 +203,7 @@ class Trim {
     std::vector<double> residuals(const double* z) {
         std::vector<double> all;
         go_to(z);
-        Watch watch([&] {
+        const Status status = step_with(run_, [&] {
             for (int n = 0; n < static_cast<int>(d_.nodes.size()); ++n)
                 for (const Phase phase : {Phase::derivative, Phase::update})
                     if (rests(d_.nodes[static_cast<std::size_t>(n)]))
@@ -231,9 +218,6 @@ class Trim {
             }
             for (std::size_t i = 0; i < targets_.size(); ++i) all.push_back(value(targets_[i]) - wanted_[i]);
         });
-        run_.add_observer(watch);
-        const Status status = run_.step();
-        run_.remove_observer(watch);
         if (!status) all.clear();
         return all;
     }

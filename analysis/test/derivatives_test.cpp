@@ -69,7 +69,6 @@ TEST(Derivatives, OfEveryStandardBlockAreThoseOfCentralDifferences) {
     EXPECT_GT(compared, 150);
     // Most blocks have exact ones; those that have not are named in the reference of linearize.
     EXPECT_GT(exact.size(), 105u);
-    std::printf("compared %d, exact %zu\n", compared, exact.size());
 }
 
 TEST(Derivatives, OfAnInputBehindAnyStandardBlockDoNotEnterItsOwnStates) {

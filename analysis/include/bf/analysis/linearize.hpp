@@ -32,12 +32,10 @@ struct LinearizeOptions {
 /// Linearises at the present states of a started run and the outputs that follow from them, which takes one
 /// step of it: what changes the run further begins with `restore`, or elsewhere.
 ///
-///   one rate     continuous time where all on the paths from input to output is continuous, the period where
-///   all of
-///                it is sampled at one
-///   several      the map over their common period with the input held (a lifted system): the linearised
-///   blocks run at
-///                their rates, and between the base steps continuous states follow exp(A t)
+/// Where all on the paths from input to output is continuous, the system is in continuous time; where all of
+/// it is sampled at one rate, it has that period. Several rates make the map over their common period with
+/// the input held (a lifted system): the linearised blocks run at their rates, and between the base steps
+/// continuous states follow exp(A t).
 ///
 /// Derivatives are exact for blocks made of rules whose kernels run on numbers with a derivative (Dual); all
 /// others are differenced and named. Algebraic loops are solved by the implicit function theorem. What a

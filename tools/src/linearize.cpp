@@ -121,12 +121,12 @@ void print(const LinearSystem& s) {
     for (const auto& p : analysis::poles(s)) std::printf("  %s\n", root_text(p).c_str());
 }
 
+/// At most eight of them.
 std::string list(const std::vector<std::string>& names) {
+    constexpr std::size_t most = 8;
     std::string text;
-    for (std::size_t i = 0; i < names.size(); ++i)
-        text += (i == 0 ? "" : ", ") + (i == 8 ? std::to_string(names.size() - i) + " more" : names[i]),
-            i = i == 8 ? names.size() : i;
-    return text;
+    for (std::size_t i = 0; i < std::min(names.size(), most); ++i) text += (i == 0 ? "" : ", ") + names[i];
+    return names.size() > most ? text + ", " + std::to_string(names.size() - most) + " more" : text;
 }
 
 void execute(const LinearOptions& options, const std::string& output) {

@@ -20,7 +20,7 @@ namespace {
 struct PlotOptions {
     std::string recording, output;
     std::vector<std::string> signals, references;
-    int width = 1200, height = 0;
+    FigureSize size{1200};
 };
 
 /// Does a word of its name say that others follow the signal?
@@ -132,7 +132,7 @@ void plot(const PlotOptions& options) {
     tell_of_empty_panels(figure);
     const Waiting waiting("drawing " + output);
     OutputFile file(output);
-    recording::save(figure, file.path(), options.width, options.height);
+    recording::save(figure, file.path(), options.size.width, options.size.height);
     file.commit();
     std::printf("%s\n", output.c_str());
     refuse_incomplete(r, options.recording, output);
@@ -184,14 +184,7 @@ void add_plot(CLI::App& app) {
         ->allow_extra_args(false);
     command->add_option("-o,--output", options->output, "PNG or SVG file; otherwise beside the recording")
         ->type_name("FILE");
-    command->add_option("--width", options->width, "pixels")
-        ->check(between(100, 20000))
-        ->type_name("PIXELS")
-        ->capture_default_str();
-    command->add_option("--height", options->height, "pixels; 0: as needed")
-        ->check(between(0, 20000))
-        ->type_name("PIXELS")
-        ->capture_default_str();
+    options->size.add_to(*command);
     command->footer("Examples:\n"
                     "  bf plot run.mcap\n"
                     "  bf plot run.mcap controller.com_reference,world.com controller.tau -o com.svg\n"

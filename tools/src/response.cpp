@@ -24,16 +24,15 @@ using recording::Figure;
 struct ResponseOptions {
     LinearOptions linear;
     std::string output;
-    int width = 900, height = 0;
+    FigureSize size{900};
     double duration = 0; ///< s, of a step
 };
 
 std::string decibels(double ratio) { return number(20 * std::log10(ratio)) + " dB"; }
 
+void line(const char* what, const std::string& value) { std::printf("  %-16s%s\n", what, value.c_str()); }
+
 void print_margins(const analysis::Margins& m) {
-    const auto line = [](const char* what, const std::string& value) {
-        std::printf("  %-16s%s\n", what, value.c_str());
-    };
     line("closed loop", m.is_stable ? "stable" : "unstable");
     line("gain margin",
          std::isinf(m.gain) ? "none" : decibels(m.gain) + " at " + number(m.phase_crossover) + " rad/s");
@@ -64,31 +63,25 @@ Figure bode(const ResponseOptions& options, const LinearSystem& s) {
                   "frequency (rad/s)",
                   true};
     if (options.linear.loop.empty()) {
-        std::printf("  %-16s%s\n", "gain at 0",
-                    number(std::abs(analysis::frequency_response(s, 0, 0, 0))).c_str());
+        line("gain at 0", number(std::abs(analysis::frequency_response(s, 0, 0, 0))));
         return figure;
     }
     const auto m = analysis::margins(s);
     print_margins(m);
-    const auto line = [&](const char* name, double level) {
+    const auto level_line = [&](const char* name, double level) {
         return curve(name, {r.omega.front(), r.omega.back()}, {level, level}, true);
     };
-    figure.panels[0].curves.push_back(line("0 dB", 0));
-    figure.panels[1].curves.push_back(line("-180 degrees", -180));
+    figure.panels[0].curves.push_back(level_line("0 dB", 0));
+    figure.panels[1].curves.push_back(level_line("-180 degrees", -180));
     if (std::isfinite(m.gain))
         figure.panels[0].curves.push_back(curve("gain margin " + decibels(m.gain), {m.phase_crossover},
                                                 {-20 * std::log10(m.gain)}, false, Curve::Mark::circle));
     if (std::isfinite(m.phase)) {
-        const double at =
-            analysis::response(s, 0, 0,
-                               [&] {
-                                   auto w = r.omega;
-                                   w.insert(std::lower_bound(w.begin(), w.end(), m.gain_crossover),
-                                            m.gain_crossover);
-                                   w.erase(std::upper_bound(w.begin(), w.end(), m.gain_crossover), w.end());
-                                   return w;
-                               }())
-                .phase.back();
+        // As far as its phase is unwrapped there.
+        std::vector<double> until(r.omega.begin(),
+                                  std::lower_bound(r.omega.begin(), r.omega.end(), m.gain_crossover));
+        until.push_back(m.gain_crossover);
+        const double at = analysis::response(s, 0, 0, until).phase.back();
         figure.panels[1].curves.push_back(curve("phase margin " + number(m.phase) + " degrees",
                                                 {m.gain_crossover}, {at}, false, Curve::Mark::circle));
     }
@@ -179,9 +172,6 @@ Figure root_locus(const ResponseOptions& options, const LinearSystem& s) {
 
 Figure step(const ResponseOptions& options, const LinearSystem& s) {
     const auto r = analysis::step_response(s, 0, 0, options.duration);
-    const auto line = [](const char* what, const std::string& value) {
-        std::printf("  %-16s%s\n", what, value.c_str());
-    };
     if (std::isnan(r.final)) {
         line("final value", "none: the system is unstable");
     } else {
@@ -214,14 +204,7 @@ void add(CLI::App& app, const char* verb, const char* what, const char* example,
         ->add_option("-o,--output", options->output,
                      "PNG or SVG file of the picture; otherwise there is none")
         ->type_name("FILE");
-    command->add_option("--width", options->width, "pixels")
-        ->check(between(100, 20000))
-        ->type_name("PIXELS")
-        ->capture_default_str();
-    command->add_option("--height", options->height, "pixels; 0: as needed")
-        ->check(between(0, 20000))
-        ->type_name("PIXELS")
-        ->capture_default_str();
+    options->size.add_to(*command);
     if (draw == step)
         command->add_option("--duration", options->duration, "seconds; 0: until the slowest pole has faded")
             ->check(between(0, 1e9))
@@ -234,9 +217,9 @@ void add(CLI::App& app, const char* verb, const char* what, const char* example,
         const auto figure = draw(*options, options->linear.single());
         if (options->output.empty()) return;
         OutputFile file(options->output);
-        const bool is_square = figure.is_equal && options->height == 0;
-        recording::save(figure, file.path(), options->width,
-                        is_square ? options->width * 7 / 10 : options->height);
+        const bool is_square = figure.is_equal && options->size.height == 0;
+        recording::save(figure, file.path(), options->size.width,
+                        is_square ? options->size.width * 7 / 10 : options->size.height);
         file.commit();
         std::printf("%s\n", options->output.c_str());
     });

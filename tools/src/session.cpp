@@ -30,6 +30,17 @@ CLI::Validator within(const OptionRange& range) {
 }
 CLI::Validator between(double low, double high) { return within({low, high}); }
 
+void FigureSize::add_to(CLI::App& app) {
+    app.add_option("--width", width, "pixels")
+        ->check(between(100, 20000))
+        ->type_name("PIXELS")
+        ->capture_default_str();
+    app.add_option("--height", height, "pixels; 0: as needed")
+        ->check(between(0, 20000))
+        ->type_name("PIXELS")
+        ->capture_default_str();
+}
+
 void ModelOptions::add_to(CLI::App& app, const char* what) {
     app.add_option("MODEL", file, what)->required()->type_name("");
     app.add_option("--set", sets,

@@ -22,6 +22,13 @@ struct CommandError : std::runtime_error {
 CLI::Validator within(const OptionRange& range);
 CLI::Validator between(double low, double high);
 
+/// Of a figure; height 0: as needed.
+struct FigureSize {
+    int width, height = 0; ///< pixels
+
+    void add_to(CLI::App& app);
+};
+
 /// Which model, with which values changed.
 struct ModelOptions {
     std::string file;

@@ -29,6 +29,9 @@ Pair load(const double* from) noexcept {
 }
 void store(Pair pair, double* to) noexcept { std::memcpy(to, &pair, sizeof pair); }
 double sum(Pair pair) noexcept { return pair[0] + pair[1]; }
+/// The rows of the 2 × 2 matrix of these columns.
+Pair first_of(Pair left, Pair right) noexcept { return __builtin_shufflevector(left, right, 0, 2); }
+Pair second_of(Pair left, Pair right) noexcept { return __builtin_shufflevector(left, right, 1, 3); }
 
 /// Copies the symmetric part of H, two rows and columns at a time; returns a sum of all that it wrote above
 /// the diagonal, which is finite only if all entries are.
@@ -38,14 +41,15 @@ double copy_symmetric(const Problem::Matrix& from, Data::RowMajor& to) noexcept 
     for (Eigen::Index j = 0; j < even; j += 2)
         for (Eigen::Index i = 0; i <= j; i += 2) {
             const double *above = from.data() + i + j * stride, *below = from.data() + j + i * stride;
-            const Pair first{above[0], above[stride]}, second{above[1], above[1 + stride]};
-            const Pair mean0 = 0.5 * (first + load(below)), mean1 = 0.5 * (second + load(below + stride));
+            const Pair left = load(above), right = load(above + stride);
+            const Pair mean0 = 0.5 * (first_of(left, right) + load(below));
+            const Pair mean1 = 0.5 * (second_of(left, right) + load(below + stride));
             all += mean0 + mean1;
             double *out = to.data() + i * n + j, *mirrored = to.data() + j * n + i;
             store(mean0, out);
             store(mean1, out + n);
-            store(Pair{mean0[0], mean1[0]}, mirrored);
-            store(Pair{mean0[1], mean1[1]}, mirrored + n);
+            store(first_of(mean0, mean1), mirrored);
+            store(second_of(mean0, mean1), mirrored + n);
         }
     double last = 0.0;
     for (Eigen::Index i = 0; even < n && i < n; ++i)
@@ -58,24 +62,24 @@ double copy_transposed(const Problem::Matrix& from, Data::RowMajor& to) noexcept
     const auto rows = to.rows(), columns = to.cols(), stride = from.outerStride();
     Pair all[4] = {};
     double last = 0.0;
+    const auto even = rows - rows % 2;
     Eigen::Index j = 0;
     for (; j + 4 <= columns; j += 4) {
         const double *a0 = from.data() + j * stride, *a1 = a0 + stride, *a2 = a1 + stride, *a3 = a2 + stride;
         double* row = to.data() + j;
-        const auto copy = [&](Eigen::Index i, Pair& left_sum, Pair& right_sum) {
-            const Pair left{a0[i], a1[i]}, right{a2[i], a3[i]};
-            store(left, row);
-            store(right, row + 2);
-            left_sum += left;
-            right_sum += right;
-            row += columns;
-        };
-        Eigen::Index i = 0;
-        for (; i + 2 <= rows; i += 2) {
-            copy(i, all[0], all[1]);
-            copy(i + 1, all[2], all[3]);
+        for (Eigen::Index i = 0; i < even; i += 2, row += 2 * columns) {
+            const Pair c0 = load(a0 + i), c1 = load(a1 + i), c2 = load(a2 + i), c3 = load(a3 + i);
+            store(first_of(c0, c1), row);
+            store(first_of(c2, c3), row + 2);
+            store(second_of(c0, c1), row + columns);
+            store(second_of(c2, c3), row + columns + 2);
+            all[0] += c0;
+            all[1] += c1;
+            all[2] += c2;
+            all[3] += c3;
         }
-        if (i < rows) copy(i, all[0], all[1]);
+        if (even < rows)
+            for (const double* column : {a0, a1, a2, a3}) last += * row++ = column[even];
     }
     for (; j < columns; ++j)
         for (Eigen::Index i = 0; i < rows; ++i) last += to(i, j) = from(i, j);

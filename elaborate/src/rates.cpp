@@ -103,9 +103,9 @@ class Rates {
             misfits_.insert(&*time.given_by->period);
             e_.report.add(time.given_by->period->where, time.path, why, remedy);
         };
-        if (*time.period < 0)
+        if (*time.period <= 0)
             refuse(
-                "period " + matlab::number_text(*time.period) + " s is below 0",
+                "period " + matlab::number_text(*time.period) + " s is not above 0",
                 "give a multiple of the base step, or leave it out to run as fast as what the block reads");
         for (int c = nodes_[n].condition; c > 0; c = conditions_[static_cast<std::size_t>(c)].parent) {
             const auto& condition = conditions_[static_cast<std::size_t>(c)];

@@ -328,10 +328,13 @@ TEST(Errors, ATextWithoutQuotesIsTold) {
 }
 
 TEST(Errors, APeriodIsATimeAndNothingThatATriggerRunsHasOne) {
-    EXPECT_EQ(
-        errors_of("model: m\nstep: 0.1\nblocks:\n  a: {block: Clock, period: -0.3, offset: -0.1}\n"),
-        "m.yaml:4:29: a: period -0.3 s is below 0; give a multiple of the base step, or leave it out to run "
-        "as fast as what the block reads");
+    for (const std::string period : {"-0.3", "0"})
+        EXPECT_EQ(
+            errors_of("model: m\nstep: 0.1\nblocks:\n  a: {block: Clock, period: " + period +
+                      ", offset: -0.1}\n"),
+            "m.yaml:4:29: a: period " + period +
+                " s is not above 0; give a multiple of the base step, or leave it out to run as fast as "
+                "what the block reads");
     // Around a triggered subsystem a period is right: it holds for what no trigger runs.
     EXPECT_EQ(
         errors_of("model: m\nstep: 0.1\nblocks:\n  t: {block: Pulse, period: 0.2}\n  all:\n"

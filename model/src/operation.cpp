@@ -652,11 +652,13 @@ Patch edit(Model& model, const Operation& operation, const ReadReference& read) 
     return back;
 }
 
-void History::edit(Model& model, const Operation& operation, const ReadReference& read) {
+bool History::edit(Model& model, const Operation& operation, const ReadReference& read) {
     Patch back = model::edit(model, operation, read);
     moved_ = reversed(back.moved);
+    if (back.changes.empty() && back.moved.empty()) return false;
     done_.emplace_back(std::move(back));
     undone_.clear();
+    return true;
 }
 
 void History::replace(Model& model, Model other) {

@@ -603,6 +603,19 @@ TEST(History, UndoesAndRepeats) {
     EXPECT_FALSE(history.redo(model));
 }
 
+TEST(History, HasNothingToUndoOfAnEditThatChangesNothing) {
+    Model model = drawn_loop();
+    History history;
+    EXPECT_TRUE(history.edit(model, Set{"controller.pd", "Kp", "3"}));
+    EXPECT_TRUE(history.undo(model));
+    EXPECT_FALSE(history.edit(model, Rename{"plant", "plant"}));
+    EXPECT_FALSE(history.edit(model, Batch{{Rename{"plant", "robot"}, Rename{"robot", "plant"}}}));
+    EXPECT_TRUE(history.redo(model));
+    EXPECT_FALSE(history.edit(model, Set{"controller.pd", "Kp", "3"}));
+    EXPECT_TRUE(history.undo(model));
+    EXPECT_TRUE(model == drawn_loop());
+}
+
 /// "from to" of each move.
 std::vector<std::string> texts(const std::optional<std::vector<Moved>>& moved) {
     std::vector<std::string> all;

@@ -118,6 +118,23 @@ TEST(FootstepPlanner, StepsOntoABoxAndNeverOnItsEdge) {
     EXPECT_GT(position_of(run.get("soles.w_H_left")).x(), 0.9) << "and down again";
 }
 
+TEST(FootstepPlanner, SaysWhereNoStepLeadsOn) {
+    // The soles would have to reach 0.19 m over the edge; a goal before it is reached.
+    Running run(planned_walk(", follow: goal, max_forward: 0.1, ground: [1 0 0.015 0.5 0.5 0.015]"));
+    const auto ends = [&](double x) {
+        run.set("command", Vector3(x, 0, 0));
+        for (int k = 0; k < 1500; ++k) ASSERT_TRUE(run.step()) << run.simulation.failure();
+        EXPECT_EQ(run.get("feet.step")(6, 0), 0) << "it stands";
+    };
+    ends(0.3);
+    EXPECT_EQ(run.scalar("feet.blocked"), 0);
+    ends(0.9);
+    EXPECT_EQ(run.scalar("feet.blocked"), 1);
+    EXPECT_LT(position_of(run.get("soles.w_H_left")).x(), 0.4);
+    ends(0.1);
+    EXPECT_EQ(run.scalar("feet.blocked"), 0);
+}
+
 TEST(FootstepPlanner, MovesTheFootholdOfTheFootInTheAirAlone) {
     Running run(planned_walk(", freeze: 0.1"));
     run.set("command", Vector3(0.1, 0, 0));

@@ -67,7 +67,7 @@ export const commands: Command[] = [
   { title: "Dissolve the subsystem", group: "Edit", keys: ["Ctrl+Shift+G"], on: ["block"], can: (s) => s.chosen.some((e) => e.kind === "subsystem"),
     run: (s) => s.dissolve() },
   { title: "Arrange all", group: "Edit", keys: ["Ctrl+Shift+A"], on: ["empty"], run: (s) => s.arrange() },
-  { title: "Undo", group: "Edit", keys: ["Ctrl+Z"], on: ["empty"], can: (s) => s.document?.can_undo ?? false, run: (s) => s.undo() },
+  { title: "Undo", group: "Edit", keys: ["Ctrl+Z"], on: ["empty"], can: (s) => s.can_undo, run: (s) => s.undo() },
   { title: "Redo", group: "Edit", keys: ["Ctrl+Y", "Ctrl+Shift+Z"], on: ["empty"], can: (s) => s.document?.can_redo ?? false, run: (s) => s.redo() },
   { title: "Cut", group: "Edit", keys: ["Ctrl+X"], on: ["block"], can: has_blocks, run: (s) => s.cut() },
   { title: "Copy", group: "Edit", keys: ["Ctrl+C"], on: ["block"], can: has_blocks, run: (s) => s.copy() },

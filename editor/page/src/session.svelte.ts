@@ -104,6 +104,7 @@ export class Session {
   private drawn = ""; // what the newest drawing was asked for
   private clipboard = "";
   private is_tuning = false;
+  private edits_under_way = 0;
   private has_run = false;
 
   readonly is_viewer: boolean; // is the page for what stands in space alone?
@@ -249,7 +250,8 @@ export class Session {
   async edit(operation: Operation): Promise<boolean> {
     if (operation.do === "batch" && operation.operations.length === 0) return false;
     const single = operation.do === "batch" && operation.operations.length === 1 ? operation.operations[0]! : operation;
-    return this.settle(await this.ask("edit", { operation: single }));
+    ++this.edits_under_way;
+    return this.settle(await this.ask("edit", { operation: single }).finally(() => --this.edits_under_way));
   }
   private async settle(state: DocumentState | null): Promise<boolean> {
     if (state) {
@@ -266,7 +268,9 @@ export class Session {
     if (answer) await this.settle(answer.document);
     return answer;
   }
-  async undo(): Promise<void> { if (this.document?.can_undo) await this.settle(await this.ask("undo", {})); }
+  /** Also what is under way, as the service takes one request after the other. */
+  get can_undo(): boolean { return this.edits_under_way > 0 || (this.document?.can_undo ?? false); }
+  async undo(): Promise<void> { if (this.can_undo) await this.settle(await this.ask("undo", {})); }
   async redo(): Promise<void> { if (this.document?.can_redo) await this.settle(await this.ask("redo", {})); }
   async arrange(): Promise<void> {
     if (await this.settle(await this.ask("arrange", { system: this.system }))) this.fit();

@@ -492,8 +492,9 @@ void Project::apply(Document& document, const model::Operation& local) {
         throw model::Errors(
             {{{}, extract->path, "the file '" + extract->file + "' exists", "give another name"}});
     const std::set<std::string> known = texts_of(mistakes_beside(document));
-    document.history.edit(document.model, local,
-                          [&](const std::string& file) { return shared(open(beside(file))); });
+    if (!document.history.edit(document.model, local,
+                               [&](const std::string& file) { return shared(open(beside(file))); }))
+        return;
     for (auto& [other, model] : others) other->history.replace(other->model, std::move(model));
     const auto take_back = [&] {
         document.history.undo(document.model);

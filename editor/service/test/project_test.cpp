@@ -195,6 +195,15 @@ TEST_F(ProjectTest, ATextThatIsNoModelOrBreaksAnotherFileIsRefusedAndNothingIsWr
     EXPECT_EQ(bf::model::find(project.model(), "law.gain")->find_setting("K")->value.text, "2");
 }
 
+TEST_F(ProjectTest, HasNothingToUndoOfAnEditThatChangesNothing) {
+    Project project(file());
+    project.edit(op::Set{"reference", "value", "5"});
+    project.edit(op::Set{"reference", "value", "5"});
+    EXPECT_TRUE(project.undo());
+    EXPECT_EQ(read("loop.yaml"), loop);
+    EXPECT_FALSE(project.can_undo());
+}
+
 TEST_F(ProjectTest, ATextIsNotTakenWhereTheFileHoldsAnotherOneThanItsAuthorSaw) {
     Project project(file());
     std::string text = loop, other = loop;

@@ -155,6 +155,8 @@ class FootstepPlanner final : public Block {
     Output<Eigen::Vector2d> contacts{
         this, "contacts", {.doc = "1 where the left and the right foot stand, 0 where not"}};
     Output<double> steps_done{this, "steps_done", {.doc = "feet that have landed"}};
+    Output<bool> blocked{
+        this, "blocked", {.doc = "the walk stands, and no step leads on to where the command goes"}};
     DiscreteState<Eigen::Matrix<double, 4, 3>> feet{
         this, "feet", {.unit = mixed_units, .doc = "the first three footholds"}};
     DiscreteState<Vector> now{this, "now", {.shape = {numbers}, .unit = mixed_units, .doc = "the step"}};
@@ -183,6 +185,7 @@ class FootstepPlanner final : public Block {
         const bool both = plan.step.on_both_feet(), left = plan.step.stance == Side::left;
         out[contacts] = Eigen::Vector2d(both || left ? 1 : 0, both || !left ? 1 : 0);
         out[steps_done] = at[done];
+        out[blocked] = is_blocked(at, plan);
         return ok;
     }
     Status update(Now at, Next next) const noexcept override {
@@ -252,10 +255,9 @@ class FootstepPlanner final : public Block {
                        std::min(whole, at[max_forward] - length));
         return foothold;
     }
-    /// Where the foot at `moving` goes in step `number` (from 1) beside `stance`. False: it is there, up to
-    /// so many of the largest distances.
-    bool next_step(Now at, const Foothold& moving, const Foothold& stance, Side side, double number,
-                   Foothold& target, double tolerance = 1) const {
+    /// Where the command wants the foot beside `stance` in step `number` (from 1). False: the walk has no
+    /// such step.
+    bool wish(Now at, const Foothold& stance, Side side, double number, Foothold& wanted) const {
         if (number > at[steps]) return false;
         Vector3 motion = Vector3::Zero();
         if (number + 1 <= at[steps]) {
@@ -265,10 +267,35 @@ class FootstepPlanner final : public Block {
             constexpr double most = 0.99 * std::numbers::pi;
             motion[2] = std::clamp(motion[2], -most, most);
         }
-        const Foothold wanted = walking::next_foothold(stance, side, at[width], motion);
+        wanted = walking::next_foothold(stance, side, at[width], motion);
+        return true;
+    }
+    /// Farther than so many of the largest distances?
+    static bool is_away(const Foothold& there, const Foothold& here, double tolerance) {
+        return (there - here).head<2>().norm() > tolerance * near_m ||
+               std::abs(walking::wrapped(there[3] - here[3])) > tolerance * near_rad;
+    }
+    /// Where the foot at `moving` goes in that step. False: it is there.
+    bool next_step(Now at, const Foothold& moving, const Foothold& stance, Side side, double number,
+                   Foothold& target, double tolerance = 1) const {
+        Foothold wanted;
+        if (!wish(at, stance, side, number, wanted)) return false;
         target = placed(at, wanted, stance, side);
-        return (target - moving).head<2>().norm() > tolerance * near_m ||
-               std::abs(walking::wrapped(target[3] - moving[3])) > tolerance * near_rad;
+        return is_away(target, moving, tolerance);
+    }
+    /// Do the feet stand where neither has a step, though the command wants one of them elsewhere?
+    bool is_blocked(Now at, const Plan& plan) const {
+        if (plan.step.ahead > 0) return false;
+        bool is_wanted = false;
+        const auto goes = [&](const auto& moving, const auto& stance, Side side) {
+            Foothold target;
+            const bool wants = wish(at, stance, side, at[done] + 1, target) && is_away(target, moving, 2);
+            is_wanted |= wants;
+            return wants && next_step(at, moving, stance, side, at[done] + 1, target, 2);
+        };
+        const auto first = plan.footholds.col(0), second = plan.footholds.col(1);
+        return !goes(first, second, plan.step.stance) &&
+               !goes(second, first, walking::other(plan.step.stance)) && is_wanted;
     }
     /// The first step from where the feet of the plan stand, or none.
     void begin(Now at, Plan& plan, double landed, bool from_rest) const {
@@ -384,7 +411,9 @@ void add_footsteps(Library& library) {
         "reach; where there is "
         "no such place it stays where it "
         "was wanted. The walk ends after `steps`, at the goal, or at velocity zero, with the feet side "
-        "by side, and goes on with either foot where one is then more than 2 cm or 0.1 rad away. "
+        "by side, and goes on with either foot where one is then more than 2 cm or 0.1 rad away; where no "
+        "step "
+        "leads there, over an edge or to a goal out of reach, it stands and says so in `blocked`. "
         "`shift` moves the foothold of the foot in the air, within reach as well, but not over an edge; "
         "`delay` lets it land later or, below 0, earlier. "
         "Source: R. Siegwart, I. Nourbakhsh, Introduction to Autonomous Mobile Robots, 2004, ch. 3. "

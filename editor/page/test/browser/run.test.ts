@@ -108,8 +108,12 @@ describe.skipIf(!is_there || !command)("a run", () => {
     await page.keyboard.press("Shift+W");
     await page.waitForTimeout(200);
     expect(await panels()).toEqual(each);
-    await page.getByRole("button", { name: "Undo" }).and(page.locator(":enabled")).waitFor();
     await page.keyboard.press("Control+z");
+    await soon(() => desk.text()).toBe(model);
+    await page.keyboard.press("Shift+W");
+    await page.keyboard.press("Shift+W"); // the page may not know yet that they are there
+    await page.keyboard.press("Control+z");
+    await page.waitForTimeout(200);
     await soon(() => desk.text()).toBe(model);
   });
 

@@ -264,7 +264,8 @@ Operation operation_from_json(std::string_view text);
 /// What has been done to a model, to be undone and done again.
 class History {
   public:
-    void edit(Model& model, const Operation& operation, const ReadReference& read = {});
+    /// False if nothing is other than it was: there is nothing to undo, and what was undone can be redone.
+    bool edit(Model& model, const Operation& operation, const ReadReference& read = {});
     /// Another model takes its place, such as one that was read anew because another program wrote its file.
     void replace(Model& model, Model other);
 

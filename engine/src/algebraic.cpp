@@ -21,7 +21,7 @@ struct AlgebraicSolver::Kinsol {
     std::vector<std::span<double>> unknowns;
     std::function<bool()> evaluate;
     Owned<SUNContext, free_context> context = make_context();
-    Owned<N_Vector, N_VDestroy> y, ones;
+    Owned<N_Vector, N_VDestroy> y, ones, scale; // scale: of 1/y
     Owned<SUNMatrix, SUNMatDestroy> matrix;
     Owned<SUNLinearSolver, SUNLinSolFree> linear;
     std::unique_ptr<void, FreeKinsol> memory;
@@ -34,6 +34,7 @@ struct AlgebraicSolver::Kinsol {
         y.reset(N_VNew_Serial(n, context.get()));
         ones.reset(N_VNew_Serial(n, context.get()));
         N_VConst(1, ones.get());
+        scale.reset(N_VNew_Serial(n, context.get()));
         matrix.reset(SUNDenseMatrix(n, n, context.get()));
         linear.reset(SUNLinSol_Dense(y.get(), matrix.get(), context.get()));
         memory.reset(KINCreate(context.get()));
@@ -47,6 +48,8 @@ struct AlgebraicSolver::Kinsol {
         KINSetFuncNormTol(memory.get(), tolerance);
         KINSetScaledStepTol(memory.get(), 1e-14);
         KINSetMaxSetupCalls(memory.get(), 1); // a new Jacobian in every iteration
+        // Without this KINSOL goes on by at most 1, and that five times, where it begins at 0.
+        KINSetMaxNewtonStep(memory.get(), 1e100);
     }
 
     void read(double* to) const {
@@ -57,6 +60,19 @@ struct AlgebraicSolver::Kinsol {
             std::copy_n(from, part.size(), part.begin());
             from += part.size();
         }
+    }
+    /// The sizes that y and f(y) have; false: a block failed.
+    bool measure() {
+        const double* guess = N_VGetArrayPointer(y.get());
+        write(guess);
+        if (!evaluate()) return false;
+        double* const to = N_VGetArrayPointer(scale.get());
+        read(to);
+        for (sunindextype i = 0; i < N_VGetLength(y.get()); ++i) {
+            const double size = std::max(std::abs(guess[i]), std::abs(to[i]));
+            to[i] = size > 1 && std::isfinite(size) ? 1 / size : 1;
+        }
+        return true;
     }
     /// f(y) - y.
     static int residual(N_Vector y, N_Vector f, void* self) {
@@ -87,25 +103,30 @@ bool AlgebraicSolver::solve() {
     k.has_failed = false;
     double* y = N_VGetArrayPointer(k.y.get());
     k.read(y);
-    double largest = 1;
-    for (sunindextype i = 0; i < N_VGetLength(k.y.get()); ++i) {
+    const sunindextype n = N_VGetLength(k.y.get());
+    for (sunindextype i = 0; i < n; ++i) {
         if (!std::isfinite(y[i])) y[i] = 0;
-        largest = std::max(largest, std::abs(y[i]));
+        N_VGetArrayPointer(k.scale.get())[i] = 1 / std::max(1.0, std::abs(y[i]));
     }
-    KINSetFuncNormTol(k.memory.get(), tolerance * largest);
-    const int flag = KINSol(k.memory.get(), k.y.get(), KIN_LINESEARCH, k.ones.get(), k.ones.get());
-    if (k.has_failed) return false;
-    double norm = 0;
-    KINGetFuncNorm(k.memory.get(), &norm);
-    if (flag < 0 || !(norm <= 1e-6 * largest)) {
-        failure_ = Status::failure(
-            "the algebraic loop through it has no solution that Newton's method finds (flag {}): "
-            "break the loop with a UnitDelay, or check its equations",
-            flag);
-        return false;
+    int flag = 0;
+    // How exact a solution can be, and how large a difference must be to be seen, is known once its size is:
+    // another time begins where the last one ended.
+    for (int time = 0; time < 3; ++time) {
+        if (time > 0 && !k.measure()) return false;
+        KINSetFuncNormTol(k.memory.get(), tolerance / N_VMin(k.scale.get()));
+        flag = KINSol(k.memory.get(), k.y.get(), KIN_LINESEARCH, k.scale.get(), k.ones.get());
+        if (k.has_failed) return false;
+        double norm = 0;
+        KINGetFuncNorm(k.memory.get(), &norm);
+        if (flag < 0 || !(norm <= 1e-6 * std::max(1.0, N_VMaxNorm(k.y.get())))) continue;
+        k.write(y);
+        return k.evaluate();
     }
-    k.write(y);
-    return k.evaluate();
+    failure_ =
+        Status::failure("the algebraic loop through it has no solution that Newton's method finds (flag {}): "
+                        "break the loop with a UnitDelay, or check its equations",
+                        flag);
+    return false;
 }
 
 } // namespace bf

@@ -462,6 +462,18 @@ TEST(AlgebraicLoops, AreSolvedWhereTheModelAsksForIt) {
     EXPECT_NEAR(session("after"), 0.7390851332151607 * 2, 1e-10);
 }
 
+TEST(AlgebraicLoops, AreSolvedHoweverFarTheirSolutionIs) {
+    for (const char* c : {"20", "-50", "1e6", "-1e12", "1e30"}) {
+        Steps session(std::string("model: m\nstep: 1\nalgebraic_loops: solve\nblocks:\n"
+                                  "  c: {block: Constant, value: ") +
+                      c +
+                      "}\n  a: {block: Sum, signs: +-}\n  h: {block: Gain, K: 0.5}\n"
+                      "connections: {c: a.u1, a: h, h: a.u2}\n");
+        session.trace("a", 2);
+        EXPECT_NEAR(session("a"), std::stod(c) / 1.5, 1e-10 * std::abs(std::stod(c)));
+    }
+}
+
 TEST(AlgebraicLoops, WithoutASolutionEndTheRunByName) {
     // y = y^2 + 1 has no real solution.
     Steps session("model: m\nstep: 1\nalgebraic_loops: solve\nblocks:\n  one: {block: Constant, value: 1}\n"

@@ -492,9 +492,8 @@ void Project::apply(Document& document, const model::Operation& local) {
         throw model::Errors(
             {{{}, extract->path, "the file '" + extract->file + "' exists", "give another name"}});
     const std::set<std::string> known = texts_of(mistakes_beside(document));
-    if (!document.history.edit(document.model, local,
-                               [&](const std::string& file) { return shared(open(beside(file))); }))
-        return;
+    const auto read = [&](const std::string& name) { return shared(open(beside(name))); };
+    if (!document.history.edit(document.model, local, read)) return;
     for (auto& [other, model] : others) other->history.replace(other->model, std::move(model));
     const auto take_back = [&] {
         document.history.undo(document.model);

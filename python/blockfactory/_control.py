@@ -51,7 +51,7 @@ def from_block(model: LoadedModel, path: str) -> Any:
         raise UnknownName(f"'{path}' is a {block.type}, not a state space")
     from ._simulation import Simulation
 
-    values = Simulation(model._native).parameters
+    values = Simulation(model).parameters
     matrices = [values[f"{path}.{name}"].copy() for name in "ABC"]
     n = matrices[0].shape[0] if matrices[0].ndim else 1
     shapes = ((n, n), (n, -1), (-1, n))

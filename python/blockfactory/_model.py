@@ -146,7 +146,7 @@ class LoadedModel:
         """A run of this model, started: `with m.simulate() as sim: sim.run(10)`."""
         from ._simulation import Simulation
 
-        sim = Simulation(self._native)
+        sim = Simulation(self)
         sim.start()
         return sim
 

@@ -520,9 +520,6 @@ class Simulation:
     def checks(self) -> dict[str, bool | float]:
         """What the model's check blocks say now."""
 
-    @property
-    def model(self) -> LoadedModel: ...
-
     def __getitem__(self, path: str, /) -> NDArray[Any]:
         """
         What the signal is now: a view that follows the run, keeps it alive, and cannot be written. () of a scalar, (n,), or (rows, columns).

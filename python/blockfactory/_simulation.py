@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from ._analysis import LinearSystem
+    from ._model import LoadedModel
     from ._native import Recorder
     from ._recording import Recording
 
@@ -114,8 +115,9 @@ class Simulation(_native.Simulation):
     """A running model. One thread at a time steps it, and C++ computes without the GIL; several simulations do not know of
     one another. Signals are arrays: `sim['controller.tau']` is a view of what the signal is now."""
 
-    def __init__(self, model: _native.LoadedModel) -> None:
-        super().__init__(model)
+    def __init__(self, model: LoadedModel) -> None:
+        super().__init__(model._native)
+        self._model = model
         self._recorders: list[Recorder] = []
         _live.add(self)
 
@@ -154,6 +156,11 @@ class Simulation(_native.Simulation):
             [(name, (float(low), float(high))) for name, (low, high) in (bounds or {}).items()],
         )
         return dict(found), dict(residuals)
+
+    @property
+    def model(self) -> LoadedModel:
+        """That runs."""
+        return self._model
 
     @property
     def parameters(self) -> Parameters:

@@ -49,11 +49,40 @@ class PythonObserver final : public Run::Observer {
         } catch (...) {
         }
     }
-    bool calls(nb::handle function) const { return function_.equal(function); }
+    nb::handle function() const { return function_; }
 
   private:
     nb::object function_;
     PythonRun& run_;
+};
+
+/// That an observer calls; none of one that records.
+nb::handle function_of(const Run::Observer& observer) {
+    const auto* const python = dynamic_cast<const PythonObserver*>(&observer);
+    return python ? python->function() : nb::handle();
+}
+
+/// Functions that observe a run often hold it, as methods do: Python finds such cycles.
+int traverse(PyObject* self, visitproc visit, void* arg) {
+    Py_VISIT(Py_TYPE(self));
+    if (nb::inst_ready(self))
+        for (const auto& observer : nb::inst_ptr<PythonRun>(self)->observers)
+            Py_VISIT(function_of(*observer).ptr());
+    return 0;
+}
+int clear(PyObject* self) {
+    PythonRun& run = *nb::inst_ptr<PythonRun>(self);
+    const auto functions = std::stable_partition(run.observers.begin(), run.observers.end(),
+                                                 [](const auto& o) { return !function_of(*o).is_valid(); });
+    for (auto observer = functions; observer != run.observers.end(); ++observer)
+        run.run.remove_observer(**observer);
+    run.observers.erase(functions, run.observers.end());
+    return 0;
+}
+PyType_Slot cycles[] = {
+    {Py_tp_traverse, reinterpret_cast<void*>(traverse)},
+    {Py_tp_clear, reinterpret_cast<void*>(clear)},
+    {0, nullptr},
 };
 
 /// Looks at Ctrl-C about twenty times a second, however long a step takes.
@@ -283,7 +312,7 @@ void PythonRun::require_started() const {
 }
 
 void bind_simulation(nb::module_& m) {
-    nb::class_<PythonRun>(m, "Simulation")
+    nb::class_<PythonRun>(m, "Simulation", nb::type_slots(cycles))
         .def(
             "__init__",
             [](PythonRun* self, std::shared_ptr<PythonModel> model) {
@@ -331,7 +360,6 @@ void bind_simulation(nb::module_& m) {
             "'block: message' of a step that failed, else empty.")
         .def_prop_ro("checks", checks, nb::sig("def checks(self) -> dict[str, bool | float]"),
                      "What the model's check blocks say now.")
-        .def_prop_ro("model", [](const PythonRun& self) { return self.model; })
         .def(
             "__getitem__",
             [](nb::handle self, const std::string& path) {
@@ -446,7 +474,8 @@ void bind_simulation(nb::module_& m) {
                 const InUse use(self);
                 const auto found =
                     std::find_if(self.observers.begin(), self.observers.end(), [&](const auto& o) {
-                        return static_cast<const PythonObserver&>(*o).calls(function);
+                        const nb::handle its = function_of(*o);
+                        return its.is_valid() && its.equal(function);
                     });
                 if (found == self.observers.end())
                     raise("UnknownName", "the simulation does not call this function");

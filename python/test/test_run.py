@@ -16,6 +16,10 @@ import blockfactory as bf
 from conftest import LINEAR, OSCILLATOR, ROOT
 
 
+def test_a_run_knows_its_model(motor):
+    assert motor.simulate().model is motor
+
+
 def test_a_run_agrees_with_scipy(oscillator):
     sim = oscillator.simulate()
     sim.run(2)
@@ -205,6 +209,34 @@ def test_observers_see_every_step_and_what_they_raise_ends_the_run(motor):
     with pytest.raises(ZeroDivisionError, match="enough"):
         sim.run(1)
     assert sim.steps in (110, 111)
+
+
+def test_a_function_that_observes_is_ended_beside_recordings(motor):
+    sim, seen = motor.simulate(), []
+    recording = sim.record("motor.omega")
+    end = sim.observe(lambda s: seen.append(s.steps))
+    sim.step(2)
+    end()
+    sim.step(2)
+    assert len(seen) == 2 and len(recording["motor.omega"]) == 4
+
+
+def test_a_run_whose_observer_holds_it_is_freed(motor):
+    class Watch:
+        def __init__(self):
+            self.sim = motor.simulate()
+            self.sim.record("motor.omega")
+            self.sim.observe(self.look)
+            self.sim.step()
+
+        def look(self, sim):
+            pass
+
+    watch = Watch()
+    freed = weakref.ref(watch), weakref.ref(watch.sim)
+    del watch
+    gc.collect()
+    assert [one() for one in freed] == [None, None]
 
 
 def test_an_observer_does_not_step_its_own_run(motor):

@@ -166,4 +166,34 @@ NamedValues Tuning::follow(const NamedValues& changes) const {
 
 void Tuning::accept(const NamedValues& changes) { change(state_, changes); }
 
+std::vector<double> Tuning::save() const {
+    std::vector<double> all;
+    for (std::size_t i = 0; i < state_.values.size(); ++i) {
+        all.push_back(state_.is_given[i]);
+        const matlab::Value& value = state_.values[i];
+        if (state_.is_given[i] && diagram_.definitions[i].kind == Kind::variable)
+            all.insert(all.end(), value.data(), value.data() + value.numel());
+    }
+    return all;
+}
+
+void Tuning::restore(std::span<const double> saved) {
+    Tuning fresh(diagram_);
+    NamedValues given;
+    for (const Definition& definition : diagram_.definitions) {
+        const bool is_given = !saved.empty() && saved[0] != 0;
+        const auto count = static_cast<std::size_t>(
+            is_given && definition.kind == Kind::variable ? definition.value.numel() : 0);
+        if (saved.size() < 1 + count) throw TuningError("other variables were changed than the model has");
+        if (is_given)
+            given.emplace_back(
+                definition.path,
+                std::vector(saved.begin() + 1, saved.begin() + 1 + static_cast<std::ptrdiff_t>(count)));
+        saved = saved.subspan(1 + count);
+    }
+    if (!saved.empty()) throw TuningError("other variables were changed than the model has");
+    fresh.accept(given);
+    state_ = std::move(fresh.state_);
+}
+
 } // namespace bf

@@ -170,6 +170,10 @@ std::vector<std::byte> Simulation::snapshot() const {
         put(std::as_bytes(std::span(header)));
         put(std::as_bytes(std::span(history)));
     }
+    if (tuning_) {
+        const std::vector<double> changed = tuning_->save();
+        put(std::as_bytes(std::span(changed)));
+    }
     return bytes;
 }
 
@@ -184,10 +188,22 @@ void Simulation::restore(const std::vector<std::byte>& snapshot) {
         std::memcpy(header, from + fixed - sizeof(header), sizeof(header));
     std::vector<double> history(static_cast<std::size_t>(
         std::clamp(header[0], 0.0, static_cast<double>(snapshot.size() / sizeof(double)))));
-    if (snapshot.size() != fixed + history.size() * sizeof(double))
-        throw RunError(
-            "the snapshot has " + std::to_string(snapshot.size()) + " bytes, but this diagram's have " +
-            std::to_string(fixed + history.size() * sizeof(double)) + "; it belongs to another model");
+    fixed += history.size() * sizeof(double);
+    std::vector<double> changed((snapshot.size() - std::min(fixed, snapshot.size())) / sizeof(double));
+    if (snapshot.size() != fixed + changed.size() * sizeof(double))
+        throw RunError("the snapshot has " + std::to_string(snapshot.size()) +
+                       " bytes, but this diagram's have " + std::to_string(fixed) +
+                       "; it belongs to another model");
+    if (changed.empty()) {
+        tuning_.reset();
+    } else {
+        std::memcpy(changed.data(), from + fixed, changed.size() * sizeof(double));
+        try {
+            tuning().restore(changed);
+        } catch (const TuningError& error) {
+            throw RunError("the snapshot belongs to another model: " + std::string(error.what()));
+        }
+    }
     context_.restore(from);
     from += context_.snapshot_size();
     for (const auto part : parts) {

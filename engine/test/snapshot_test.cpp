@@ -75,6 +75,40 @@ TEST(SnapshotFile, KeepsParametersThatTheRunHadChanged) {
     EXPECT_EQ(everything(one, 10), everything(other, 10));
 }
 
+TEST(SnapshotFile, KeepsVariablesThatTheRunHadChanged) {
+    const std::string model =
+        "model: m\nstep: 0.1\nvariables: {a: 1, b: 2*a}\nblocks:\n"
+        "  c: {block: Constant, value: b}\n  d: {block: Constant, value: 3*a}\n"
+        "  e: {block: Terminator}\n  f: {block: Terminator}\nconnections: {c: e, d: f}\n";
+    const auto change = [](Session& session, const std::string& name, double value) {
+        const std::vector<ParameterValue> asked{{name, {value}}};
+        for (const auto& [path, values] : session.simulation->follow(asked))
+            session.simulation->set_parameter(path, values);
+        session.simulation->accept(asked);
+    };
+    const auto variables = [](Session& session) {
+        std::vector<double> all;
+        for (const auto& variable : session.simulation->variables()) all.push_back(variable.values[0]);
+        return all;
+    };
+    Session one(model), other(model), later(replaced(model, "a: 1", "a: 7"));
+    const auto untouched = make_snapshot(*one.simulation);
+    change(one, "d.value", 100);
+    change(one, "a", 5);
+    const auto changed = make_snapshot(*one.simulation);
+    change(one, "a", 6);
+    for (Session* session : {&one, &other}) {
+        restore_snapshot(*session->simulation, changed, "s.bin");
+        EXPECT_EQ(variables(*session), (std::vector<double>{5, 10}));
+        EXPECT_EQ(session->simulation->follow({{"a", {6}}}).size(), 1u) << "d.value was given";
+        restore_snapshot(*session->simulation, untouched, "s.bin");
+        EXPECT_EQ(variables(*session), (std::vector<double>{1, 2}));
+        EXPECT_EQ(session->simulation->follow({{"a", {6}}}).size(), 2u);
+    }
+    restore_snapshot(*later.simulation, untouched, "s.bin");
+    EXPECT_EQ(variables(later), (std::vector<double>{7, 14})) << "as the model says by now";
+}
+
 TEST(SnapshotFile, TakesParametersThatTheModelHasChanged) {
     Session one(multirate), other(replaced(multirate, "K: 2", "K: 4"));
     one.simulation->run_until(1);

@@ -4,6 +4,7 @@
 #include "bf/elaborate/diagram.hpp"
 #include "bf/matlab/workspace.hpp"
 
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -48,6 +49,11 @@ class Tuning {
     NamedValues follow(const NamedValues& changes) const;
     /// From now on these hold: to be said when they were applied.
     void accept(const NamedValues& changes);
+
+    /// What was accepted, for a Tuning of a diagram that has the same definitions.
+    std::vector<double> save() const;
+    /// Goes on there. Throws TuningError, also where the definitions are others.
+    void restore(std::span<const double> saved);
 
   private:
     struct State {

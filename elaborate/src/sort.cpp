@@ -336,7 +336,7 @@ class Sorting {
         if (!e_.diagram.solves_algebraic_loops) return false;
         for (const auto& members : first_components())
             if (is_solvable(members)) {
-                add_algebraic(members, loop);
+                add_algebraic(with_beginnings(members), loop);
                 return true;
             }
         return false;
@@ -413,6 +413,30 @@ class Sorting {
                 return slot.role != Role::output || slot.type == Type::float64;
             });
         });
+    }
+
+    /// With the rules of a block that a member goes on from, as one that adds to an output does from the one
+    /// that began it: they run anew with it.
+    std::vector<int> with_beginnings(std::vector<int> members) const {
+        for (std::size_t m = 0; m < members.size(); ++m) {
+            const auto& a = vertices_[static_cast<std::size_t>(members[m])];
+            const auto& d = nodes_[static_cast<std::size_t>(a.node)].block->declaration();
+            const auto& rules = d.output_rules;
+            if (static_cast<std::size_t>(a.index) >= rules.size()) continue;
+            const Call& rule = rules[static_cast<std::size_t>(a.index)];
+            for (int before = 0; before < a.index; ++before) {
+                const bool begins = std::any_of(d.slots.begin(), d.slots.end(), [&](const auto& declared) {
+                    const int slot = static_cast<int>(&declared - d.slots.data());
+                    return declared.role != Role::input && rule.reads(slot) && rule.writes(slot) &&
+                           rules[static_cast<std::size_t>(before)].writes(slot);
+                });
+                const int v = first_[static_cast<std::size_t>(a.node)] + before;
+                if (begins && std::find(members.begin(), members.end(), v) == members.end())
+                    members.push_back(v);
+            }
+        }
+        std::sort(members.begin(), members.end());
+        return members;
     }
 
     void add_algebraic(const std::vector<int>& members, int loop) {

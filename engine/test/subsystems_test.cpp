@@ -474,6 +474,22 @@ TEST(AlgebraicLoops, AreSolvedHoweverFarTheirSolutionIs) {
     }
 }
 
+TEST(AlgebraicLoops, RunAllRulesOfAnOutputThatIsMadeInPlace) {
+    // y[k] = y[k-1] + T (e[k-1] + e[k]) with e = u - y and T = 0.1: the bilinear transform of 2 e/s.
+    Steps session(
+        "model: m\nstep: 0.1\nalgebraic_loops: solve\nblocks:\n  u: {block: Constant, value: 0.01}\n"
+        "  e: {block: Sum, signs: +-}\n  g: {block: Gain, K: 2}\n"
+        "  b: {block: DiscreteIntegrator, method: trapezoidal}\n"
+        "connections: {u: e.u1, e: g, g: b, b: e.u2}\n");
+    double before = 0, y = 0;
+    for (int k = 0; k < 20; ++k) {
+        ASSERT_TRUE(session.simulation->step());
+        y = (y + 0.1 * (before + 0.01)) / 1.1;
+        before = 0.01 - y;
+        EXPECT_NEAR(session("b"), y, 1e-12) << k;
+    }
+}
+
 TEST(AlgebraicLoops, WithoutASolutionEndTheRunByName) {
     // y = y^2 + 1 has no real solution.
     Steps session("model: m\nstep: 1\nalgebraic_loops: solve\nblocks:\n  one: {block: Constant, value: 1}\n"

@@ -498,7 +498,10 @@ class Sorting {
         const int node = vertices_[static_cast<std::size_t>(first)].node;
         e_.report.add(
             node >= 0 ? nodes_[static_cast<std::size_t>(node)].where : e_.model.where, vertex_path(first),
-            "algebraic loop: " + text,
+            "algebraic loop: " + text +
+                (e_.diagram.solves_algebraic_loops ? " (not solved: that needs blocks of one rate, under one "
+                                                     "condition, with outputs of type double)"
+                                                   : ""),
             "break it with a block whose output does not depend on its input in the same step, e.g. a "
             "UnitDelay on one of these wires");
         for (const int member : members) {

@@ -181,8 +181,10 @@ TEST(Plan, DoesNotSolveLoopsOfSeveralRatesOrOfWholeNumbers) {
         loop = "  a: {block: Sum, signs: \"+-\"}\n  b: {block: Gain, K: 0.5}\n"
                "connections: {u: a.u1, a: b, b: a.u2}\n",
         text = "model: m\nstep: 0.1\nalgebraic_loops: solve\nblocks:\n",
-        said = ": algebraic loop: a.y -> b.u, b.y -> a.u2; break it with a block whose output does "
-               "not depend on its input in the same step, e.g. a UnitDelay on one of these wires";
+        said =
+            ": algebraic loop: a.y -> b.u, b.y -> a.u2 (not solved: that needs blocks of one rate, under one "
+            "condition, with outputs of type double); break it with a block whose output does not depend "
+            "on its input in the same step, e.g. a UnitDelay on one of these wires";
     EXPECT_EQ(errors_of(text + "  u: {block: Clock}\n" + loop), "");
     std::string slow = loop;
     slow.replace(slow.find("K: 0.5"), 6, "period: 0.2");

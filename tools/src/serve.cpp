@@ -1,59 +1,61 @@
 // bf serve: the robots of a running model, for other programs.
-#include "bf/middleware/robot_host.hpp"
 #include "bf/run/recorder.hpp"
-#include "bf/shared_memory/robot.hpp"
-#include "bf/udp/robot.hpp"
 #include "files.hpp"
 #include "robots.hpp"
 #include "run.hpp"
 #include "run_realtime.hpp"
 #include "terminal.hpp"
 #include "verbs.hpp"
+#include "ways_to_serve.hpp"
 
 #include <cmath>
 #include <cstdio>
+#include <map>
+#include <memory>
 #include <optional>
 
 namespace bf::tools {
 
 namespace {
 
-using middleware::RobotHost;
-
 struct ServeOptions {
     ModelOptions model;
     RealtimeOptions realtime;
-    std::string shared_memory, udp, key, stop, record, on_loss = "hold";
+    std::string stop, record, on_loss = "hold";
     double silence = 0.2; ///< s
     bool is_once = false, is_quiet = false;
+    const WayToServe* way = nullptr;
+    std::map<std::string, std::vector<std::string>> of_way; ///< its options, by their names without dashes
 };
 
 /// All robots of a simulation, which are shown when it has started, in its first step.
 class ServedRobots final : public Run::Observer {
   public:
-    ServedRobots(const ServeOptions& options, const Simulation& simulation) : options_(options) {
+    ServedRobots(const ServeOptions& options, const Simulation& simulation, Registry& registry)
+        : options_(options) {
         const auto robots = robots_of(simulation);
         if (robots.empty())
             throw CommandError(options.model.file +
                                " has no robot to serve; give it a MujocoWorld, or a WorldRobot "
                                "in a World");
-        for (const auto& robot : robots) {
+        if (options.way->alone && robots.size() > 1)
+            throw CommandError(options.model.file + " has several robots, and " + options.way->alone);
+        for (const auto& robot : robots)
             if (!robot.driven_by.empty())
                 throw CommandError(robot.driven_by + " drives the robot '" + robot.path +
                                    "', which can have one controller alone; serve a model without it");
-            if (!options.udp.empty() && robots.size() > 1)
-                throw CommandError(options.model.file +
-                                   " has several robots, and an address is that of one; serve them by --shm");
-            const std::string name = options.shared_memory + (robots.size() > 1 ? "." + robot.path : "");
-            auto& served = served_.emplace_back();
-            served.end =
-                options.udp.empty() ? shared_memory::make_end(name) : udp::make_end(options.udp, options.key);
-            served.host = std::make_unique<RobotHost>(
-                options.udp.empty() ? name : robot.path, *robot.device, *robot.connection, *served.end,
-                middleware::HostOptions{!options.realtime.is_asked, options.silence,
-                                        options.on_loss == "limp" ? middleware::OnLoss::limp
-                                                                  : middleware::OnLoss::hold,
-                                        [this] { return goes_on(); }});
+        const middleware::HostOptions host{!options.realtime.is_asked, options.silence,
+                                           options.on_loss == "limp" ? middleware::OnLoss::limp
+                                                                     : middleware::OnLoss::hold,
+                                           [this] { return goes_on(); }};
+        try {
+            for (const auto& robot : robots)
+                served_.push_back(make_served_robot(
+                    *options.way,
+                    {robot.path, robots.size() == 1, *robot.device, *robot.connection, options.of_way, host},
+                    registry));
+        } catch (const std::runtime_error& error) {
+            throw CommandError(error.what());
         }
     }
 
@@ -61,30 +63,24 @@ class ServedRobots final : public Run::Observer {
         try {
             if (!std::exchange(is_shown_, true))
                 for (auto& served : served_) {
-                    served.host->start(run.period());
-                    std::fprintf(stderr, "  serves the %s\n", served.end->name().c_str());
+                    served->start(run.period());
+                    std::fprintf(stderr, "  serves the %s\n", served->name().c_str());
                 }
         } catch (const std::exception& error) {
-            failure = served_.front().end->name() + ": " + error.what();
+            failure = served_.front()->name() + ": " + error.what();
         }
         if (!failure.empty()) return;
-        for (auto& served : served_) served.host->step(run.time());
+        for (auto& served : served_) served->step(run.time());
     }
 
     /// In the thread that also prints.
     bool goes_on() {
         bool is_over = options_.is_once;
         for (auto& served : served_) {
-            for (RobotHost::Event event; served.host->take_event(event);)
+            for (std::string news; !(news = served->take_news()).empty();)
                 if (!options_.is_quiet)
-                    std::fprintf(stderr, "  %s: %s\n", served.end->name().c_str(), text_of(event).c_str());
-            if (!options_.is_quiet && served.end->counts().rejected > 0 &&
-                !std::exchange(served.is_strange, true))
-                std::fprintf(stderr,
-                             "  %s: left out a datagram that has another key, version or size, or was sent "
-                             "again by somebody; so are those that follow\n",
-                             served.end->name().c_str());
-            is_over = is_over && served.host->gone() > 0;
+                    std::fprintf(stderr, "  %s: %s\n", served->name().c_str(), news.c_str());
+            is_over = is_over && served->gone() > 0;
         }
         return !is_over && failure.empty() && !InterruptGuard::signal();
     }
@@ -92,25 +88,8 @@ class ServedRobots final : public Run::Observer {
     std::string failure; ///< why robots cannot be served
 
   private:
-    struct Served {
-        std::unique_ptr<middleware::RobotEnd> end;
-        std::unique_ptr<RobotHost> host;
-        bool is_strange = false; ///< something came that is not the controller's
-    };
-    std::string text_of(RobotHost::Event event) const {
-        const std::string then = options_.on_loss == "limp" ? "; its joints are limp" : "; its joints hold";
-        switch (event) {
-        case RobotHost::Event::came: return "a controller has come";
-        case RobotHost::Event::left: return "the controller has left" + then;
-        case RobotHost::Event::died: return "the controller has died" + then;
-        case RobotHost::Event::silent: return "no command for " + number(options_.silence) + " s" + then;
-        case RobotHost::Event::refused: return "a command was refused";
-        }
-        return "";
-    }
-
     const ServeOptions& options_;
-    std::vector<Served> served_;
+    std::vector<std::unique_ptr<middleware::ServedRobot>> served_;
     bool is_shown_ = false;
 };
 
@@ -122,7 +101,7 @@ void execute(const ServeOptions& options) {
     read.insert(model.params.begin(), model.params.end());
     refuse_overwriting({{"--record", options.record}}, read);
     Simulation simulation(loaded.diagram);
-    ServedRobots robots(options, simulation);
+    ServedRobots robots(options, simulation, *loaded.registry);
     const InterruptGuard guard;
     std::optional<Recorder> recorder;
     if (!options.record.empty()) {
@@ -159,28 +138,27 @@ void add_serve(CLI::App& app) {
     auto* command = app.add_subcommand("serve", "let other programs drive the robots of a model");
     auto options = std::make_shared<ServeOptions>();
     options->model.add_to(*command);
-    command
-        ->add_option(
-            "--shm", options->shared_memory,
-            "serve the robot under this name through shared memory, to programs of this user on this "
-            "computer; several robots: NAME.BLOCK")
-        ->type_name("NAME")
-        ->check(CLI::Validator([](std::string& name) { return shared_memory::wrong_name(name); }, ""));
-    auto* udp =
-        command
-            ->add_option("--udp", options->udp,
-                         "serve it over UDP at PORT, to programs of this computer, or at HOST:PORT")
-            ->type_name("WHERE")
-            ->check(CLI::Validator([](std::string& address) { return udp::wrong_address(address); }, ""));
-    auto* key = command
-                    ->add_option(
-                        "--key", options->key,
-                        "with --udp: the token that controllers must know is the line in this file, which is "
-                        "made if it is not there")
-                    ->type_name("FILE")
-                    ->needs(udp);
-    udp->needs(key);
-    udp->excludes(command->get_option("--shm"));
+    std::string choices;
+    for (const auto& way : ways_to_serve()) {
+        const auto add = [&](const WayOption& option) {
+            auto& values = options->of_way[option.name + 2];
+            auto* added = command->add_option(option.name, values, option.help)->type_name(option.value);
+            option.is_list ? added->allow_extra_args(false) : added->expected(1);
+            return added;
+        };
+        auto* chosen =
+            add(way.option)
+                ->check(CLI::Validator([wrong = way.wrong](std::string& value) { return wrong(value); }, ""));
+        for (const auto& option : way.more) {
+            auto* more = add(option)->needs(chosen);
+            if (option.is_needed) chosen->needs(more);
+        }
+        for (const auto& other : ways_to_serve()) {
+            if (&other == &way) break;
+            chosen->excludes(command->get_option(other.option.name));
+        }
+        choices += std::string(choices.empty() ? "" : " or ") + way.option.name + " " + way.option.value;
+    }
     command->add_option("--stop", options->stop, "duration, s (an expression); until Ctrl-C by default")
         ->type_name("T");
     command
@@ -209,9 +187,11 @@ void add_serve(CLI::App& app) {
         "the same,\nbit for bit; with it the model runs by the clock, and controllers keep up with it.\n"
         "A diagram drives the robot by the block SharedMemory/Robot or Udp/Robot in place of its world.\n"
         "Example: bf serve examples/icub_balancing/balancing.yaml --set \"robot_is='served'\" --shm icub");
-    command->callback([options] {
-        if (options->shared_memory.empty() && options->udp.empty())
-            throw CLI::RequiredError("--shm NAME or --udp WHERE");
+    command->callback([options, choices] {
+        std::erase_if(options->of_way, [](const auto& option) { return option.second.empty(); });
+        for (const auto& way : ways_to_serve())
+            if (options->of_way.contains(way.option.name + 2)) options->way = &way;
+        if (options->way == nullptr) throw CLI::RequiredError(choices);
         execute(*options);
     });
 }

@@ -1,0 +1,78 @@
+#include "ways_to_serve.hpp"
+
+#include "bf/shared_memory/robot.hpp"
+#include "bf/udp/robot.hpp"
+
+#include <dlfcn.h>
+#include <stdexcept>
+
+namespace bf::tools {
+
+using middleware::ServedRobot;
+using middleware::ServeRequest;
+
+namespace {
+
+std::string wrong_name(const std::string& name) { return shared_memory::wrong_name(name); }
+std::string wrong_address(const std::string& address) { return udp::wrong_address(address); }
+
+std::unique_ptr<ServedRobot> in_shared_memory(const ServeRequest& request) {
+    const std::string name = request.option("shm") + (request.is_alone ? "" : "." + request.path);
+    return middleware::make_served_robot(name, request, shared_memory::make_end(name));
+}
+
+std::unique_ptr<ServedRobot> over_udp(const ServeRequest& request) {
+    return middleware::make_served_robot(request.path, request,
+                                         udp::make_end(request.option("udp"), request.option("key")));
+}
+
+} // namespace
+
+const std::vector<WayToServe>& ways_to_serve() {
+    static const std::vector<WayToServe> ways{
+        {.option = {"--shm", "NAME",
+                    "serve the robot under this name through shared memory, to programs of this user on this "
+                    "computer; several robots: NAME.BLOCK"},
+         .more = {},
+         .wrong = wrong_name,
+         .alone = nullptr,
+         .plugin = nullptr,
+         .make = in_shared_memory},
+        {.option = {"--udp", "WHERE",
+                    "serve it over UDP at PORT, to programs of this computer, or at HOST:PORT"},
+         .more = {{"--key", "FILE",
+                   "with --udp: the token that controllers must know is the line in this file, which is made "
+                   "if it is not there",
+                   true}},
+         .wrong = wrong_address,
+         .alone = "an address is that of one; serve them by --shm",
+         .plugin = nullptr,
+         .make = over_udp},
+    };
+    return ways;
+}
+
+std::unique_ptr<ServedRobot> make_served_robot(const WayToServe& way, const ServeRequest& request,
+                                               Registry& registry) {
+    if (way.make) return way.make(request);
+    try {
+        registry.load_plugin(way.plugin);
+    } catch (const PluginError& error) {
+        throw std::runtime_error(std::string(way.option.name) + " needs the plugin " + way.plugin +
+                                 ", of which `bf doctor` says how to get it: " + error.what());
+    }
+    for (const auto& folder : registry.search_path())
+        // The registry keeps it open.
+        if (void* plugin =
+                dlopen((folder / (std::string(way.plugin) + ".so")).c_str(), RTLD_NOW | RTLD_NOLOAD)) {
+            void* serve = dlsym(plugin, middleware::serve_symbol);
+            dlclose(plugin);
+            if (serve == nullptr) break;
+            return std::unique_ptr<ServedRobot>(
+                reinterpret_cast<ServedRobot* (*)(const ServeRequest&)>(serve)(request));
+        }
+    throw std::runtime_error(std::string("the plugin ") + way.plugin +
+                             " serves no robots; build it again with this BlockFactory");
+}
+
+} // namespace bf::tools

@@ -1,18 +1,23 @@
 """The balancing diagram on its world directly and through middlewares, and all trajectories in one picture.
 
-Usage: elsewhere.py BF [--deploy] [--seconds S] [-o FOLDER]
+Usage: elsewhere.py BF [--deploy] [--yarp PREFIX] [--seconds S] [-o FOLDER]
 
 Each way serves the world as a robot and lets the same diagram drive it, once step by step, where all numbers must be
-those of the direct run, and once by the clock; with --deploy also from a package of bf deploy. Then the controller is
+those of the direct run (behind YARP, whose angles are degrees, but for roundoff), and once by the clock; with --deploy also from a package of bf deploy. Then the controller is
 killed, and the robot must go on standing; and a run is replayed without the robot. FOLDER (elsewhere) gets recordings
 and elsewhere.svg. Exit code 1 when something differs.
 """
 import argparse
+import atexit
+import ctypes
+import fcntl
+import json
 import os
 import pathlib
 import shutil
 import signal
 import socket
+import struct
 import subprocess
 import sys
 import time
@@ -24,6 +29,8 @@ import recorded
 parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
 parser.add_argument("bf", type=pathlib.Path)
 parser.add_argument("--deploy", action="store_true")
+parser.add_argument("--yarp", type=pathlib.Path, default=here.parents[1] / ".deps/yarp/prefix",
+                    help="where YARP's programs are; without them, or without the plugin Yarp, it is left out")
 parser.add_argument("--seconds", type=float, default=20)
 parser.add_argument("-o", "--output", type=pathlib.Path, default=pathlib.Path("elsewhere"))
 options = parser.parse_args()
@@ -34,8 +41,38 @@ name = f"icub-{os.getpid()}"
 with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:  # a port that nobody has
     probe.bind(("127.0.0.1", 0))
     port = str(probe.getsockname()[1])
+
+
+def enter_network_of_our_own():
+    """Ports of YARP listen to everybody, so this program and its children get a network that ends at this computer."""
+    libc, new_user, new_network = ctypes.CDLL(None), 0x10000000, 0x40000000
+    if libc.unshare(new_network) != 0 and libc.unshare(new_user | new_network) != 0:
+        return False
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as any_socket:
+        set_flags, up_and_running = 0x8914, 0x41
+        fcntl.ioctl(any_socket, set_flags, struct.pack("16sh14x", b"lo", up_and_running))
+    return True
+
+
+def has_yarp():
+    doctor = subprocess.run([bf, "doctor", "--json"], capture_output=True, text=True).stdout
+    return ((options.yarp / "bin/yarpserver").exists()
+            and any(m["plugin"] == "Yarp" and m["good"] for m in json.loads(doctor)["middlewares"])
+            and enter_network_of_our_own())
+
+
 ways = {"shared_memory": ["--shm", name], "udp": ["--udp", port, "--key", out / "robot.key"]}
-blocks = {"shared_memory": "elsewhere", "udp": "remote"}
+blocks = {"shared_memory": "elsewhere", "udp": "remote", "yarp": "behind_yarp"}
+tolerance = {"yarp": 1e-6}
+by_the_clock = {"yarp": ["--set", "behind_yarp.simulator=''"]}
+if has_yarp():
+    ways["yarp"] = ["--yarp", "icubSim"]
+    (out / "yarp").mkdir(exist_ok=True)
+    (out / "yarp/yarp.conf").write_text("127.0.0.1 10000 yarp\n")
+    os.environ |= {"YARP_CONFIG_HOME": str(out / "yarp"), "YARP_DATA_HOME": str(out / "yarp")}
+    name_server = subprocess.Popen([options.yarp / "bin/yarpserver", "--ip", "127.0.0.1", "--socket", "10000", "--read"],
+                                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    atexit.register(name_server.kill)
 curves = {}  # way -> world.com
 
 
@@ -51,7 +88,7 @@ def serve(way, *more):
 
 def of(way):
     settings = {"shared_memory": [f"elsewhere.name='{name}'"],
-                "udp": [f"remote.address='{port}'", f"remote.key='{out / 'robot.key'}'"]}[way]
+                "udp": [f"remote.address='{port}'", f"remote.key='{out / 'robot.key'}'"], "yarp": []}[way]
     return ["--set", f"robot_is='{way}'"] + [word for text in settings for word in ("--set", text)]
 
 
@@ -68,10 +105,10 @@ def ended(server):
     return text
 
 
-def same(what, reference, other, signals):
+def same(what, reference, other, signals, most=0):
     count, largest, first = recorded.compare({s: reference[s] for s in signals}, other)
     print(f"  {what}: {count} numbers compared, largest difference {largest:g}", flush=True)
-    assert count > 1000 and largest == 0, f"{what}: {first}"
+    assert count > 1000 and largest <= most, f"{what}: {first}"
 
 
 recorded.run(bf, "run", model, "--quiet", "--stop", seconds, "--record", out / "direct.mcap")
@@ -87,8 +124,12 @@ for way in ways:
     told = ended(server)
     assert "a controller has come" in told and "the controller has left; its joints hold" in told, told
     world = recorded.read_recording(bf, out / f"{way}_world.mcap")
-    same(f"{way}, the world", direct, world, of_world)
-    same(f"{way}, the controller", direct, recorded.read_recording(bf, out / f"{way}.mcap"), of_controller)
+    most = tolerance.get(way, 0)
+    # The robot does not go on any more when its controller has left, which steps that of YARP by its own period.
+    until = (options.seconds - 0.0105) * 1e9
+    same(f"{way}, the world", {s: {t: rows for t, rows in direct[s].items() if way != "yarp" or t < until} for s in of_world},
+         world, of_world, most)
+    same(f"{way}, the controller", direct, recorded.read_recording(bf, out / f"{way}.mcap"), of_controller, most)
     curves[way] = world["world.com"]
 
     # Without the robot: what came from it is in the recording.
@@ -99,7 +140,7 @@ for way in ways:
     # By the clock, each side by its own.
     server = serve(way, "--once", "--realtime", "--priority", 0, "--silence", 5, "--record", out / f"{way}_clock.mcap")
     result = recorded.run(*drive(way, "--stop", seconds, "--realtime", "--priority", 0, "--set",
-                                 f"{blocks[way]}.clock='own'", "--record", out / f"{way}_own.mcap"), timeout=None).stdout
+                                 f"{blocks[way]}.clock='own'", *by_the_clock.get(way, []), "--record", out / f"{way}_own.mcap"), timeout=None).stdout
     ended(server)
     assert f"{blocks[way]}.final_drift" in result and f"{blocks[way]}.worst_age" in result, result
     times = recorded.read_recording(bf, out / f"{way}_own.mcap")[f"{blocks[way]}.time"]
@@ -131,7 +172,7 @@ if options.deploy:
     curves["deployed package"] = world["world.com"]
 
 # One panel for each axis, later curves thinner, so that all are seen.
-colours = ["#c8c8c8", "#f2a33a", "#2f8f5b", "#3366cc", "#b03060", "#000000"]
+colours = ["#c8c8c8", "#f2a33a", "#2f8f5b", "#3366cc", "#b03060", "#000000", "#00a0b0", "#8a5a2b"]
 width, height, left, gap = 860, 150, 70, 180
 parts = []
 end = max(curves["its world"])
@@ -147,9 +188,9 @@ for axis, label in enumerate("xyz"):
         rows = [(t, rows[-1]) for t, rows in sorted(curve.items()) if t <= end]
         points = " ".join(f"{left + t / end * width:.1f},{top + height - (min(max(row[axis], low), high) - low) / (high - low) * height:.1f}"
                           for t, row in rows[:: max(1, len(rows) // 400)])
-        parts.append(f'<polyline points="{points}" fill="none" stroke="{colours[k % 6]}" stroke-width="{max(1, 9 - 3 * k)}"/>')
+        parts.append(f'<polyline points="{points}" fill="none" stroke="{colours[k % 8]}" stroke-width="{max(1, 9 - 3 * k)}"/>')
 for k, label in enumerate(curves):
-    parts.append(f'<text x="{left + 215 * (k % 4)}" y="{30 + 3 * gap + 16 * (k // 4)}" fill="{colours[k % 6]}">{label}</text>')
+    parts.append(f'<text x="{left + 215 * (k % 4)}" y="{30 + 3 * gap + 16 * (k // 4)}" fill="{colours[k % 8]}">{label}</text>')
 (out / "elsewhere.svg").write_text(
     f'<svg xmlns="http://www.w3.org/2000/svg" width="960" height="{3 * gap + 70}" font-family="sans-serif" font-size="12">\n'
     '<rect width="100%" height="100%" fill="white"/>\n' + "\n".join(parts) + "\n</svg>\n")

@@ -32,7 +32,7 @@ bool take(const Exchange& from, double* values, Stamp& last) noexcept {
     return from.newest() != last.number && from.read(values, last);
 }
 
-class Threaded final : public RobotLink, private RobotEnd {
+class Threaded final : public RobotLink {
   public:
     Threaded(std::string name, WaitingDriver driver, double period, double watchdog)
         : name_(std::move(name)), driver_(std::move(driver)), period_(period), watchdog_(watchdog) {}
@@ -43,6 +43,7 @@ class Threaded final : public RobotLink, private RobotEnd {
         stop();
         goes_on_ = true;
         is_gone_ = false;
+        how_gone_ = "has ended";
         state_ = gains_ = command_ = settings_ = {};
         std::promise<RobotDescription> promise;
         auto described = promise.get_future();
@@ -68,7 +69,10 @@ class Threaded final : public RobotLink, private RobotEnd {
         return true;
     }
     bool take_gains(double* gains) noexcept override { return take(vectors_->gains, gains, gains_); }
-    void send_command(const double* command) noexcept override { vectors_->command.write(command, now()); }
+    void send_command(const double* command) noexcept override {
+        vectors_->command.write(command, now());
+        command_bell_.ring();
+    }
     void send_settings(const double* settings) noexcept override {
         vectors_->settings.write(settings, now());
     }
@@ -76,62 +80,105 @@ class Threaded final : public RobotLink, private RobotEnd {
         bell_.wait(timeout, [&] { return vectors_->state.newest() != state_.number || is_gone_; });
     }
     bool is_gone() noexcept override { return is_gone_; }
+    const char* how_gone() const noexcept override { return how_gone_; }
     const std::string& name() const noexcept override { return name_; }
 
   private:
-    // The side of the thread.
+    /// The side of the thread.
+    class End final : public RobotEnd {
+      public:
+        explicit End(Threaded& its) : its_(its) {}
+        void start(const RobotDescription& description) override {
+            its_.description_ = description;
+            its_.description_->process = 0;
+            its_.vectors_.emplace(RobotLayout(description));
+        }
+        void show_state(const double* state, double time) noexcept override {
+            its_.vectors_->state.write(state, time);
+            its_.bell_.ring();
+        }
+        void show_gains(const double* gains) noexcept override { its_.vectors_->gains.write(gains, now()); }
+        bool take_command(double* command, Stamp& stamp) noexcept override {
+            if (!take(its_.vectors_->command, command, its_.command_)) return false;
+            its_.until_ = command[RobotLayout::until];
+            stamp = its_.command_;
+            return true;
+        }
+        bool take_settings(double* settings) noexcept override {
+            return take(its_.vectors_->settings, settings, its_.settings_);
+        }
+        void wait(double timeout) noexcept override {
+            its_.command_bell_.wait(timeout, [&] {
+                return its_.vectors_->command.newest() != its_.command_.number || !its_.goes_on_;
+            });
+        }
+        bool is_gone() noexcept override { return false; }
+        const std::string& name() const noexcept override { return its_.name_; }
+
+      private:
+        Threaded& its_;
+    };
+
     void serve(std::promise<RobotDescription> promise) {
         std::optional<RobotHost> host;
+        const bool waits = driver_.advance != nullptr;
         try {
             driver_.robot->start();
-            host.emplace(name_, *driver_.device, *driver_.robot, static_cast<RobotEnd&>(*this),
-                         HostOptions{.waits = false, .watchdog = watchdog_});
-            host->start(period_);
+            host.emplace(name_, *driver_.device, *driver_.robot, end_,
+                         HostOptions{.waits = waits, .watchdog = watchdog_, .goes_on = [this] {
+                                         return goes_on_.load();
+                                     }});
+            host->start(waits ? driver_.period() : period_);
             promise.set_value(*description_);
         } catch (...) {
             driver_.robot->stop();
             promise.set_exception(std::current_exception());
             return;
         }
-        const double begin = now();
-        for (double due = begin; goes_on_; due = std::max(due + period_, now() - period_)) {
-            const timespec until{static_cast<time_t>(due), static_cast<long>((due - std::floor(due)) * 1e9)};
-            while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) == EINTR) continue;
-            host->step(now() - begin);
-        }
-        host->step(now() - begin); // takes the last command, which lets the robot go
+        const double time = driver_.time ? driver_.time() : 0;
+        if (waits)
+            serve_led(*host, time);
+        else
+            serve_by_the_clock(*host, time);
         host->stop();
         driver_.robot->stop();
         is_gone_ = true;
         bell_.ring();
     }
-    void start(const RobotDescription& description) override {
-        description_ = description;
-        description_->process = 0;
-        vectors_.emplace(RobotLayout(description));
+    void serve_led(RobotHost& host, double time) {
+        for (std::int64_t k = 0; goes_on_;) {
+            const double at = time + static_cast<double>(k) * description_->period;
+            host.step(at);
+            // As far as it may go at once, which is the period of whoever steps it.
+            const int steps =
+                static_cast<int>(std::clamp(std::round((until_ - at) / description_->period), 1.0, 1e6));
+            k += steps;
+            if (!goes_on_ || driver_.advance(steps)) continue;
+            how_gone_ = driver_.robot->error();
+            return;
+        }
     }
-    void show_state(const double* state, double time) noexcept override {
-        vectors_->state.write(state, time);
-        bell_.ring();
-    }
-    void show_gains(const double* gains) noexcept override { vectors_->gains.write(gains, now()); }
-    bool take_command(double* command, Stamp& stamp) noexcept override {
-        if (!take(vectors_->command, command, command_)) return false;
-        stamp = command_;
-        return true;
-    }
-    bool take_settings(double* settings) noexcept override {
-        return take(vectors_->settings, settings, settings_);
+    void serve_by_the_clock(RobotHost& host, double time) {
+        const double begin = now() - time;
+        for (double due = now(); goes_on_; due = std::max(due + period_, now() - period_)) {
+            const timespec until{static_cast<time_t>(due), static_cast<long>((due - std::floor(due)) * 1e9)};
+            while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) == EINTR) continue;
+            host.step(now() - begin);
+        }
+        host.step(now() - begin); // takes the last command, which lets the robot go
     }
 
     const std::string name_;
     const WaitingDriver driver_;
     const double period_, watchdog_;
+    double until_ = 0; ///< how far the newest command lets the robot go, s
     std::optional<RobotDescription> description_;
     std::optional<Vectors> vectors_;
     Stamp state_, gains_, command_, settings_; ///< of what was taken
-    Bell bell_{};
+    Bell bell_{}, command_bell_{};
     std::atomic<bool> goes_on_{false}, is_gone_{false};
+    std::atomic<const char*> how_gone_{""};
+    End end_{*this};
     std::thread thread_;
 };
 

@@ -3,6 +3,8 @@
 #include "bf/shared_memory/robot.hpp"
 #include "bf/udp/robot.hpp"
 
+#include <algorithm>
+#include <cctype>
 #include <dlfcn.h>
 #include <stdexcept>
 
@@ -15,6 +17,15 @@ namespace {
 
 std::string wrong_name(const std::string& name) { return shared_memory::wrong_name(name); }
 std::string wrong_address(const std::string& address) { return udp::wrong_address(address); }
+
+std::string wrong_prefix(const std::string& prefix) {
+    const auto is_fine = [](char c) {
+        return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '-';
+    };
+    return !prefix.empty() && std::ranges::all_of(prefix, is_fine)
+               ? ""
+               : "the robot's name is '" + prefix + "'; write letters, digits, _ and -";
+}
 
 std::unique_ptr<ServedRobot> in_shared_memory(const ServeRequest& request) {
     const std::string name = request.option("shm") + (request.is_alone ? "" : "." + request.path);
@@ -48,6 +59,19 @@ const std::vector<WayToServe>& ways_to_serve() {
          .alone = "an address is that of one; serve them by --shm",
          .plugin = nullptr,
          .make = over_udp},
+        {.option = {"--yarp", "ROBOT",
+                    "show it to programs of YARP as control boards /ROBOT/BOARD, sensors and a clock, e.g. "
+                    "icubSim"},
+         .more = {{"--board", "NAME=JOINTS",
+                   "with --yarp: a control board and its joints, separated by commas; each joint on one of "
+                   "them (torso, head, arms and legs by the names of the joints by default)",
+                   false, true},
+                  {"--stream", "SENSOR=/PORT",
+                   "with --yarp: the port that streams this sensor's 6 or 12 numbers", false, true}},
+         .wrong = wrong_prefix,
+         .alone = nullptr,
+         .plugin = "Yarp",
+         .make = nullptr},
     };
     return ways;
 }

@@ -100,6 +100,8 @@ TEST_F(Serve, RefusesWhatCannotBeServed) {
             "none.yaml has no robot to serve; give it a MujocoWorld, or a WorldRobot in a World");
     refused("arm.yaml --shm a/b", 2, "the robot's name is 'a/b'; write up to 100 letters");
     refused("arm.yaml", 2, "--shm");
+    refused("arm.yaml --yarp a/b", 2, "the robot's name is 'a/b'; write letters, digits, _ and -");
+    refused("arm.yaml --board x=y --shm " + name, 2, "--board requires --yarp");
     refused("arm.yaml --udp 9000", 2, "--key");
     refused("arm.yaml --udp here --key k", 2, "'here' is no address; write PORT, or HOST:PORT");
     refused("arm.yaml --udp 9000 --key k --shm " + name, 2, "--udp");

@@ -21,6 +21,7 @@
 #include <yarp/os/Network.h>
 #include <yarp/os/Property.h>
 #include <yarp/os/Stamp.h>
+#include <yarp/os/SystemClock.h>
 #include <yarp/os/Time.h>
 #include <yarp/sig/Vector.h>
 
@@ -90,26 +91,37 @@ class SensorPort {
         port_.reset();
         client_.close();
     }
-    /// What came last stays where nothing new has come.
-    void read(Eigen::Ref<VectorXd> values) {
-        double time = 0;
+    /// Takes what is new, and says of which time it is, s; what came last stays where nothing new has come.
+    double look() {
         if (port_) {
             const auto* came = port_->read(false);
             const auto size = static_cast<std::size_t>(came_.size());
-            for (std::size_t i = 0; came != nullptr && came->size() == size && i < size; ++i)
+            if (came == nullptr || came->size() != size) return time_;
+            for (std::size_t i = 0; i < size; ++i)
                 came_[static_cast<Eigen::Index>(i)] = came->get(i).asFloat64();
-        } else if (!is_imu_) {
-            if (wrench_->getSixAxisForceTorqueSensorMeasure(index_[0], part_, time)) take(0, 6);
-        } else {
-            if (orientation_ &&
-                orientation_->getOrientationSensorMeasureAsRollPitchYaw(index_[0], part_, time))
-                take(0, 3);
-            if (acceleration_ &&
-                acceleration_->getThreeAxisLinearAccelerometerMeasure(index_[1], part_, time))
-                take(3, 3);
-            if (velocity_ && velocity_->getThreeAxisGyroscopeMeasure(index_[2], part_, time)) take(6, 3);
-            if (field_ && field_->getThreeAxisMagnetometerMeasure(index_[3], part_, time)) take(9, 3);
+            os::Stamp stamp;
+            port_->getEnvelope(stamp);
+            return time_ = stamp.getTime();
         }
+        time_ = std::numeric_limits<double>::infinity(); // the oldest
+        double time = 0;
+        const auto take = [&](bool is_good, Eigen::Index begin, Eigen::Index count) {
+            if (!is_good || part_.size() != static_cast<std::size_t>(count)) time = time_ = -1;
+            if (time_ < 0) return;
+            came_.segment(begin, count) = Eigen::Map<const VectorXd>(part_.data(), count);
+            time_ = std::min(time_, time);
+        };
+        if (wrench_) take(wrench_->getSixAxisForceTorqueSensorMeasure(index_[0], part_, time), 0, 6);
+        if (orientation_)
+            take(orientation_->getOrientationSensorMeasureAsRollPitchYaw(index_[0], part_, time), 0, 3);
+        if (acceleration_)
+            take(acceleration_->getThreeAxisLinearAccelerometerMeasure(index_[1], part_, time), 3, 3);
+        if (velocity_) take(velocity_->getThreeAxisGyroscopeMeasure(index_[2], part_, time), 6, 3);
+        if (field_) take(field_->getThreeAxisMagnetometerMeasure(index_[3], part_, time), 9, 3);
+        return time_;
+    }
+    void read(Eigen::Ref<VectorXd> values) {
+        look();
         values = came_;
         if (is_imu_) { // YARP gives angles and angular velocities in degrees
             values.head<3>() *= radians;
@@ -159,14 +171,10 @@ class SensorPort {
             if (!wrench_) refuse("the server has no such force/torque sensor");
         }
     }
-    void take(Eigen::Index begin, Eigen::Index count) {
-        if (part_.size() == static_cast<std::size_t>(count))
-            came_.segment(begin, count) = Eigen::Map<const VectorXd>(part_.data(), count);
-    }
-
     const bool is_imu_;
     std::string from_;
-    VectorXd came_; ///< as YARP gives it
+    VectorXd came_;   ///< as YARP gives it
+    double time_ = 0; ///< of it, s
     std::unique_ptr<os::BufferedPort<os::Bottle>> port_;
     dev::PolyDriver client_;
     dev::ISixAxisForceTorqueSensors* wrench_ = nullptr;
@@ -221,6 +229,7 @@ class Board final : public toolbox::RobotConnection {
                                      " do not open; look whether they have the joints " +
                                      list_of(options_.joints).toString());
         driver_.view(encoders_);
+        driver_.view(stamped_);
         driver_.view(motors_);
         driver_.view(modes_);
         driver_.view(positions_);
@@ -241,6 +250,7 @@ class Board final : public toolbox::RobotConnection {
         }
         for (auto* ports : {&wrenches_, &imus_})
             for (auto& sensor : *ports) sensor.start(local);
+        if (!options_.simulator.empty()) halt_simulator(local);
         speeds_.resize(n_);
         accelerations_.resize(n_);
         has_speeds_ = positions_ && positions_->getRefSpeeds(speeds_.data());
@@ -253,9 +263,27 @@ class Board final : public toolbox::RobotConnection {
             if (has_speeds_) positions_->setRefSpeeds(speeds_.data());
             if (has_accelerations_) velocities_->setRefAccelerations(accelerations_.data());
         }
+        if (simulator_) simulator_->resume();
+        simulator_.reset();
         for (auto* ports : {&wrenches_, &imus_})
             for (auto& sensor : *ports) sensor.stop();
         driver_.close();
+    }
+    /// Of the newest measurements, by the clock of the boards, s; 0: they tell none.
+    double time() {
+        std::vector<double> values(static_cast<std::size_t>(n_)), stamps(values.size());
+        return stamped_ && stamped_->getEncodersTimed(values.data(), stamps.data()) ? stamps.front() : 0;
+    }
+    double step_size() const { return simulator_->step_size(); }
+    /// Lets the simulator do that many steps, and waits for what was measured then.
+    bool advance(int steps) {
+        due_ += steps * simulator_->step_size();
+        const bool has_gone = simulator_->step(steps);
+        if (has_gone && waits_for([&] { return has_come(); })) return true;
+        std::snprintf(error_, sizeof error_, "%s",
+                      has_gone ? "has gone on, and no measurements of that time have come within a second"
+                               : "does not go on; look at its simulator");
+        return false;
     }
     double age() const noexcept override { return middleware::now() - came_; }
 
@@ -329,13 +357,33 @@ class Board final : public toolbox::RobotConnection {
     }
     bool write(ControlMode mode, const Eigen::Ref<const VectorXd>& references) noexcept override {
         const VectorXd degrees = references / radians, raw = references;
+        VectorXd came(n_);
+        const auto is_taken = [&](auto* view, auto get, const VectorXd& sent) {
+            // What is streamed comes at some time, and a simulator goes on only then. Not all boards tell it.
+            return !simulator_ || waits_for([&] {
+                return !(view->*get)(came.data()) || (came - sent).norm() <= 1e-9 * (1 + sent.norm());
+            });
+        };
         switch (mode) {
         case ControlMode::position: return positions_ && positions_->positionMove(degrees.data());
-        case ControlMode::position_direct: return direct_ && direct_->setPositions(degrees.data());
-        case ControlMode::velocity: return velocities_ && velocities_->velocityMove(degrees.data());
-        case ControlMode::torque: return torques_ && torques_->setRefTorques(raw.data());
-        case ControlMode::pwm: return pwm_ && pwm_->setRefDutyCycles(raw.data());
-        case ControlMode::current: return currents_ && currents_->setRefCurrents(raw.data());
+        case ControlMode::position_direct:
+            return direct_ && direct_->setPositions(degrees.data()) &&
+                   is_taken(direct_, AllOf<dev::IPositionDirect>(&dev::IPositionDirect::getRefPositions),
+                            degrees);
+        case ControlMode::velocity:
+            return velocities_ && velocities_->velocityMove(degrees.data()) &&
+                   is_taken(velocities_,
+                            AllOf<dev::IVelocityControl>(&dev::IVelocityControl::getRefVelocities), degrees);
+        case ControlMode::torque:
+            return torques_ && torques_->setRefTorques(raw.data()) &&
+                   is_taken(torques_, AllOf<dev::ITorqueControl>(&dev::ITorqueControl::getRefTorques), raw);
+        case ControlMode::pwm:
+            return pwm_ && pwm_->setRefDutyCycles(raw.data()) &&
+                   is_taken(pwm_, AllOf<dev::IPWMControl>(&dev::IPWMControl::getRefDutyCycles), raw);
+        case ControlMode::current:
+            return currents_ && currents_->setRefCurrents(raw.data()) &&
+                   is_taken(currents_, AllOf<dev::ICurrentControl>(&dev::ICurrentControl::getRefCurrents),
+                            raw);
         case ControlMode::impedance: return false;
         }
         return false;
@@ -395,6 +443,43 @@ class Board final : public toolbox::RobotConnection {
     }
 
   private:
+    template <class I> using AllOf = bool (I::*)(double*);
+
+    template <class F> static bool waits_for(F&& is_there) {
+        for (const double end = middleware::now() + 1; !is_there();) {
+            if (middleware::now() > end) return false;
+            os::SystemClock::delaySystem(20e-6);
+        }
+        return true;
+    }
+    void halt_simulator(const std::string& local) {
+        simulator_ = Network().open()->open_simulator(options_.simulator, local + "/clock/rpc:o", 5);
+        std::vector<double> stamps(static_cast<std::size_t>(n_));
+        VectorXd values(n_);
+        if (!simulator_->pause() || !stamped_ || !stamped_->getEncodersTimed(values.data(), stamps.data()))
+            throw std::runtime_error("its boards tell no times, or " + options_.simulator +
+                                     " does not pause it");
+        due_ = stamps.front();
+        // It may have gone on while it was halted, and the newest of all is what it stands at.
+        os::SystemClock::delaySystem(0.05);
+        stamped_->getEncodersTimed(values.data(), stamps.data());
+        due_ = *std::max_element(stamps.begin(), stamps.end());
+        if (!waits_for([&] { return has_come(); }))
+            throw std::runtime_error("its joints or sensors send nothing of the time " +
+                                     os::Value(due_).toString() + " s at which it was halted");
+    }
+    /// Is all of the newest step there?
+    bool has_come() {
+        const double from = due_ - simulator_->step_size() / 2;
+        stamps_.resize(n_);
+        came_with_.resize(n_);
+        if (!stamped_->getEncodersTimed(came_with_.data(), stamps_.data()) || stamps_.minCoeff() < from)
+            return false;
+        for (auto* ports : {&wrenches_, &imus_})
+            for (auto& sensor : *ports)
+                if (sensor.look() < from) return false;
+        return true;
+    }
     /// Whose stamp is another one has come just now.
     void note_time() {
         if (!timed_) return;
@@ -419,6 +504,7 @@ class Board final : public toolbox::RobotConnection {
     const int n_;
     dev::PolyDriver driver_;
     dev::IEncoders* encoders_ = nullptr;
+    dev::IEncodersTimed* stamped_ = nullptr;
     dev::IMotorEncoders* motors_ = nullptr;
     dev::IControlMode* modes_ = nullptr;
     dev::IPositionControl* positions_ = nullptr;
@@ -434,6 +520,9 @@ class Board final : public toolbox::RobotConnection {
     VectorXd speeds_, accelerations_; ///< of trajectories, before this program came, in degrees
     bool has_speeds_ = false, has_accelerations_ = false, is_limited_ = false;
     os::Stamp stamp_;
+    std::shared_ptr<toolbox::SimulatorConnection> simulator_; ///< null: it has a clock of its own
+    double due_ = 0;                                          ///< time of the simulator, s
+    VectorXd stamps_, came_with_;                             ///< of joints
     double switches_until_ = 0; ///< s; 0: the joints are in the mode that was set last
     double came_ = 0;           ///< when the newest measurements came, s
     ErrorText error_ = "";
@@ -469,7 +558,14 @@ class Device final : public toolbox::RobotDevice {
 middleware::WaitingDriver make_driver(const BoardOptions& options) {
     auto board = std::make_unique<Board>(options);
     auto device = std::make_unique<Device>(options, *board);
-    return {std::move(device), std::move(board)};
+    Board* its = board.get();
+    middleware::WaitingDriver driver{std::move(device), std::move(board)};
+    driver.time = [its] { return its->time(); };
+    if (!options.simulator.empty()) {
+        driver.period = [its] { return its->step_size(); };
+        driver.advance = [its](int steps) { return its->advance(steps); };
+    }
+    return driver;
 }
 
 } // namespace bf::yarp

@@ -15,6 +15,7 @@ struct BoardOptions {
     std::vector<std::string> joints;         ///< in the order of the diagram
     std::string local;                       ///< prefix of our own ports; empty: one that nobody else has
     std::vector<std::string> wrenches, imus; ///< "sensor=/port" each, which streams 6 or 12 numbers
+    std::string simulator; ///< port of the ClockServer by which the robot goes on; empty: it goes by itself
 };
 
 /// A driver over `remotecontrolboardremapper`, whose calls wait. Nothing is opened yet.

@@ -44,17 +44,16 @@ void join() {
             "`yarp conf HOST PORT`");
 }
 
-namespace {
+bool is_there(const std::string& port) { return os::NetworkBase::exists(port, true); }
 
-/// The port of that name is not ours, and there.
-bool is_there(const std::string& name) { return os::NetworkBase::exists(name, true); }
-
-void open(os::Contactable& port, const std::string& name, const std::string& wanted) {
+void open_port(os::Contactable& port, const std::string& name, const std::string& wanted) {
     if (name.empty() || name.front() != '/')
         throw std::runtime_error("the port '" + name + "' needs a name that begins with /");
     if (!port.open(wanted))
         throw std::runtime_error("the port " + name + " does not open; look whether another program has it");
 }
+
+namespace {
 
 void connect(const std::string& from, const std::string& to) {
     if (!os::NetworkBase::connect(from, to, "", true))
@@ -71,7 +70,7 @@ class Reader final : public toolbox::StreamReader, private os::TypedReaderCallba
         : newest_(size + 2), arriving_(static_cast<std::size_t>(size) + 2), values_(arriving_.size()) {
         const bool is_theirs = is_there(name);
         port_.setStrict(false);
-        open(port_, name, is_theirs ? anonymous : name);
+        open_port(port_, name, is_theirs ? anonymous : name);
         port_.useCallback(*this);
         if (!is_theirs) return;
         connect(name, port_.getName());
@@ -139,7 +138,7 @@ class Writer final : public toolbox::StreamWriter {
   public:
     Writer(const std::string& name, int size) : newest_(size), values_(static_cast<std::size_t>(size)) {
         const bool is_theirs = is_there(name);
-        open(port_, name, is_theirs ? anonymous : name);
+        open_port(port_, name, is_theirs ? anonymous : name);
         if (is_theirs) connect(port_.getName(), name);
         thread_ = std::thread([this] { send(); });
     }
@@ -196,7 +195,7 @@ class Simulator final : public toolbox::SimulatorConnection {
             if (middleware::now() > end) throw std::runtime_error(no_answer(server));
             os::SystemClock::delaySystem(0.02);
         }
-        open(port_, client, client);
+        open_port(port_, client, client);
         port_.setTimeout(static_cast<float>(timeout));
         connect(port_.getName(), server);
         thread_ = std::thread([this] { run(); });
@@ -273,14 +272,15 @@ class Simulator final : public toolbox::SimulatorConnection {
     std::thread thread_;
 };
 
-class Server final : public toolbox::SimulatorServer, private os::PortReader {
+class Server final : public ClockServer, private os::PortReader {
   public:
-    Server(const std::string& name, double step_size) : step_size_(step_size) {
+    Server(const std::string& name, double step_size, Led led)
+        : step_size_(step_size), led_(led), is_paused_(led == Led::always) {
         if (is_there(name))
             throw std::runtime_error("another simulator is called '" + name +
                                      "'; end it, or give this one another name");
         port_.setReader(*this);
-        open(port_, name, name);
+        open_port(port_, name, name);
     }
     ~Server() override {
         is_over_ = true;
@@ -296,9 +296,10 @@ class Server final : public toolbox::SimulatorServer, private os::PortReader {
             done_bell_.ring();
         }
         is_begun_ = false;
+        if (led_ == Led::never) return is_begun_ = true;
         const auto may_go = [&] {
             // Whoever paused it and is gone cannot let it go on.
-            if (is_paused_ && port_.getInputCount() == 0) is_paused_ = false;
+            if (led_ == Led::once_paused && is_paused_ && clients() == 0) is_paused_ = false;
             return !is_paused_ || done_ < wanted_;
         };
         bell_.wait(timeout, may_go);
@@ -306,6 +307,8 @@ class Server final : public toolbox::SimulatorServer, private os::PortReader {
         if (!is_paused_) wanted_ = done_ + 1; // it runs freely
         return is_begun_ = true;
     }
+    int clients() const noexcept override { return port_.getInputCount(); }
+    bool is_awaited() const noexcept override { return is_paused_ && done_ + (is_begun_ ? 1 : 0) >= wanted_; }
 
   private:
     // In a thread of the port.
@@ -315,20 +318,27 @@ class Server final : public toolbox::SimulatorServer, private os::PortReader {
         const std::string call = question.get(0).asString();
         const auto steps = question.size() > 1 ? question.get(1).asInt32() : 1;
         if (call == "pauseSimulation") {
-            wanted_ = done_.load();
-            is_paused_ = true;
+            if (led_ != Led::never) {
+                wanted_ = done_.load();
+                is_paused_ = true;
+            }
         } else if (call == "continueSimulation") {
             is_paused_ = false;
         } else if (call == "stepSimulation" || call == "stepSimulationAndWait") {
             if (steps > 0) {
-                const bool was_paused = is_paused_;
-                is_paused_ = true;
-                const std::uint64_t end = (was_paused ? wanted_.load() : done_.load()) + steps;
-                wanted_ = end;
+                const std::uint64_t from = is_paused_ ? wanted_.load() : done_.load();
+                const std::uint64_t end = from + static_cast<std::uint64_t>(steps);
+                if (led_ != Led::never) {
+                    wanted_ = end;
+                    is_paused_ = true;
+                }
                 bell_.ring();
+                // Somebody else may pause it meanwhile.
+                const auto is_done = [&] {
+                    return done_ >= end || is_over_ || (led_ != Led::never && is_paused_ && wanted_ < end);
+                };
                 if (call == "stepSimulationAndWait")
-                    while (done_ < end && !is_over_)
-                        done_bell_.wait(0.05, [&] { return done_ >= end || is_over_; });
+                    while (!is_done()) done_bell_.wait(0.05, is_done);
             }
         } else if (call == "resetSimulationTime") {
             answer.addString("a running model's time is not set back");
@@ -346,11 +356,12 @@ class Server final : public toolbox::SimulatorServer, private os::PortReader {
     }
 
     const double step_size_;
+    const Led led_;
     std::atomic<std::uint64_t> wanted_{0}, done_{0}; ///< steps
-    std::atomic<bool> is_paused_{false}, is_over_{false};
+    std::atomic<bool> is_paused_, is_over_{false};
     bool is_begun_ = false;
     Bell bell_{}, done_bell_{};
-    os::Port port_;
+    mutable os::Port port_; ///< even asking it for its connections is no const call
 };
 
 class Connection final : public toolbox::StreamConnection {
@@ -368,7 +379,8 @@ class Connection final : public toolbox::StreamConnection {
     }
     std::shared_ptr<toolbox::SimulatorServer> serve_simulator(const std::string& name,
                                                               double step_size) override {
-        return opened<Server>(name, step_size);
+        join();
+        return serve_clock(name, step_size, Led::once_paused);
     }
     double now() const noexcept override { return os::Time::now(); }
     void sleep_until(double time) const noexcept override {
@@ -384,6 +396,10 @@ class Connection final : public toolbox::StreamConnection {
 };
 
 } // namespace
+
+std::shared_ptr<ClockServer> serve_clock(const std::string& name, double step_size, Led led) {
+    return std::make_shared<Server>(name, step_size, led);
+}
 
 std::shared_ptr<toolbox::StreamConnection> Network::open() const { return std::make_shared<Connection>(); }
 

@@ -31,6 +31,11 @@ class Robot final : public middleware::RemoteRobot {
                                             {.doc = "inertial sensors, each as name=/port that streams 12 "
                                                     "numbers: roll pitch yaw [deg], acceleration, "
                                                     "angular velocity [deg/s], magnetic field"}};
+    Argument<std::string> simulator{
+        this,
+        "simulator",
+        {.doc = "port by which a simulated robot goes on, such as /clock/rpc: with each step by one period, "
+                "after what was commanded has come; none: the robot has a clock of its own"}};
     Argument<double> interval{
         this,
         "interval",
@@ -43,8 +48,8 @@ class Robot final : public middleware::RemoteRobot {
   private:
     std::unique_ptr<middleware::RobotLink> make_link() const override {
         return middleware::make_threaded_link(
-            "YARP robot '" + *robot + "'", make_driver({robot, boards, joint_names(), local, wrenches, imus}),
-            interval, silence);
+            "YARP robot '" + *robot + "'",
+            make_driver({robot, boards, joint_names(), local, wrenches, imus, simulator}), interval, silence);
     }
 };
 
@@ -71,7 +76,8 @@ extern "C" void bf_plugin_v1(bf::Library& library) {
                  "them: it looks at the "
                  "robot every `interval` s, gives it what was commanded, and takes the joints back (mode "
                  "Position) when the "
-                 "run ends or has not stepped for `silence` s. Angles are radians here and degrees there. "
+                 "run ends or has not stepped for `silence` s. With `simulator` the thread steps the robot "
+                 "instead, in lockstep with the diagram. Angles are radians here and degrees there. "
                  "Errors: no name server, boards, joints or sensors of these names; in a step: those of "
                  "SharedMemory/Robot.");
     library.group("streams").add<bf::yarp::NetworkBlock>(

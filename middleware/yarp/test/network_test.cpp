@@ -1,9 +1,6 @@
 // A diagram drives boards of another program, which a name server knows.
-#include "alone.hpp"
 #include "running.hpp"
-
-#include <csignal>
-#include <sys/wait.h>
+#include "stand.hpp"
 
 namespace bf::yarp::test {
 namespace {
@@ -12,74 +9,14 @@ using toolbox::test::expect_contains;
 using toolbox::test::refusal;
 using toolbox::test::Running;
 
-/// A program of YARP, which is ended by force.
-class Program {
-  public:
-    explicit Program(std::vector<std::string> words) {
-        words.front() = std::string(BF_YARP_PREFIX "/bin/") + words.front();
-        fflush(stdout);
-        process_ = fork();
-        if (process_ != 0) return;
-        if (freopen("/dev/null", "w", stdout) == nullptr || freopen("/dev/null", "w", stderr) == nullptr)
-            _exit(1);
-        std::vector<char*> arguments;
-        for (auto& word : words) arguments.push_back(word.data());
-        arguments.push_back(nullptr);
-        execv(arguments.front(), arguments.data());
-        _exit(127);
-    }
-    ~Program() { end(); }
-    void end() {
-        if (process_ <= 0) return;
-        kill(process_, SIGKILL);
-        waitpid(process_, nullptr, 0);
-        process_ = 0;
-    }
-    /// Its exit code.
-    int wait() {
-        int status = -1;
-        waitpid(process_, &status, 0);
-        process_ = 0;
-        return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-    }
-
-  private:
-    pid_t process_ = 0;
-};
-
-class YarpNetwork : public Alone {
+class YarpBoards : public YarpNetwork {
   protected:
-    void SetUp() override {
-        Alone::SetUp();
-        if (IsSkipped()) return;
-        folder_ = std::filesystem::temp_directory_path() / ("bf_yarp_" + std::to_string(getpid()));
-        std::filesystem::create_directories(folder_);
-        setenv("YARP_CONFIG_HOME", folder_.c_str(), 1);
-        setenv("YARP_DATA_HOME", folder_.c_str(), 1);
-        std::ofstream(folder_ / "yarp.conf") << "127.0.0.1 10000 yarp\n";
-    }
-    void TearDown() override {
-        if (!folder_.empty()) std::filesystem::remove_all(folder_);
-    }
-    static Program name_server() {
-        return Program({"yarpserver", "--ip", "127.0.0.1", "--socket", "10000", "--read"});
-    }
     Program boards() const {
-        std::ofstream(folder_ / "leg.ini")
-            << "device controlboardwrapper2\nsubdevice fakeMotionControl\nname "
-               "/icubSim/left_leg\nperiod 5\n[GENERAL]\nJoints 3\n"
-               "AxisName hip knee ankle\n";
-        return Program({"yarpdev", "--from", folder_ / "leg.ini"});
+        return Program({"yarpdev", "--from",
+                        write("leg.ini", "device controlboardwrapper2\nsubdevice fakeMotionControl\nname "
+                                         "/icubSim/left_leg\nperiod 5\n[GENERAL]\nJoints 3\n"
+                                         "AxisName hip knee ankle\n")});
     }
-    /// Whether a port is there, as YARP's own program says.
-    static bool is_there(const std::string& port) {
-        for (int tries = 0; tries < 100; ++tries, usleep(50'000))
-            if (Program({"yarp", "exists", port}).wait() == 0) return true;
-        return false;
-    }
-
-  private:
-    std::filesystem::path folder_;
 };
 
 const std::string robot =
@@ -92,7 +29,7 @@ const std::string robot =
 
 } // namespace
 
-TEST_F(YarpNetwork, LeadsToBoardsOfAnotherProgramUntilTheyAreKilled) {
+TEST_F(YarpBoards, LeadsToBoardsOfAnotherProgramUntilTheyAreKilled) {
     expect_contains(refusal(robot), "no YARP name server answers within 5 s; start yarpserver");
     const auto server = name_server();
     ASSERT_TRUE(is_there("/root"));

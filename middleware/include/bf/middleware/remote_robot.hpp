@@ -5,6 +5,7 @@
 #include "bf/middleware/exchange.hpp"
 #include "bf/middleware/robot_frames.hpp"
 
+#include <cmath>
 #include <functional>
 #include <memory>
 #include <string>
@@ -71,7 +72,10 @@ class RemoteConnection final : public toolbox::RobotConnection {
 
     double time() const noexcept { return state_[RobotLayout::time]; } ///< of the robot, s
     /// By how much the robot's clock is ahead of the steps since both began, s.
-    double drift() const noexcept { return time() - begin_ - static_cast<double>(steps_) * period_; }
+    double drift() const noexcept {
+        const double drift = time() - begin_ - static_cast<double>(steps_) * period_;
+        return std::abs(drift) < 1e-9 * period_ ? 0 : drift; // the roundoff of times is none
+    }
     Counts counts() const noexcept { return link_->counts(); }
 
     bool read(Measurement what, Eigen::Ref<Eigen::VectorXd> values) noexcept override;

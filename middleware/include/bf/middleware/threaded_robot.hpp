@@ -3,6 +3,7 @@
 
 #include "bf/middleware/remote_robot.hpp"
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -13,11 +14,18 @@ namespace bf::middleware {
 struct WaitingDriver {
     std::unique_ptr<toolbox::RobotDevice> device;
     std::unique_ptr<toolbox::RobotConnection> robot; ///< steps do not call it, so its calls may wait
+    std::function<double()> time = nullptr;          ///< of its own clock when it has started, s; empty: 0
+    /// Of a robot that stands still until it is told to go on, such as a simulator; empty: it has a clock of
+    /// its own. By how much it goes on in a step, s, once it has started; and lets it go on by that many
+    /// steps, until it measures again: false where it does not, and its error() completes a sentence that
+    /// begins with "it".
+    std::function<double()> period = nullptr;
+    std::function<bool(int steps)> advance = nullptr;
 };
 
 /// The link to it. The thread serves the robot as a program of its own would: every `period` s it reads all,
-/// and gives what was commanded; when no command has come for `watchdog` s, it takes the joints back. `name`
-/// is how users call it.
+/// and gives what was commanded; when no command has come for `watchdog` s, it takes the joints back. A robot
+/// that can be advanced goes on with each command instead. `name` is how users call it.
 std::unique_ptr<RobotLink> make_threaded_link(std::string name, WaitingDriver driver, double period,
                                               double watchdog);
 

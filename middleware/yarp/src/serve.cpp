@@ -1,0 +1,648 @@
+// A robot of a running model as programs of YARP drive it.
+#include "bf/core/value.hpp"
+#include "bf/middleware/bell.hpp"
+#include "bf/middleware/clock.hpp"
+#include "bf/middleware/served_robot.hpp"
+#include "network.hpp"
+#include "panel.hpp"
+#include "parts.hpp"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <list>
+#include <map>
+#include <mutex>
+#include <stdexcept>
+#include <thread>
+#include <utility>
+#include <yarp/dev/IControlMode.h>
+#include <yarp/dev/IMultipleWrapper.h>
+#include <yarp/dev/IWrapper.h>
+#include <yarp/dev/MultipleAnalogSensorsInterfaces.h>
+#include <yarp/dev/PolyDriver.h>
+#include <yarp/dev/PolyDriverList.h>
+#include <yarp/os/Bottle.h>
+#include <yarp/os/BufferedPort.h>
+#include <yarp/os/Network.h>
+#include <yarp/os/PeriodicThread.h>
+#include <yarp/os/Property.h>
+#include <yarp/os/Stamp.h>
+#include <yarp/sig/Vector.h>
+
+namespace bf::yarp {
+
+using Eigen::VectorXd;
+using middleware::ControlMode;
+using middleware::Limits;
+using middleware::Loop;
+using middleware::Measurement;
+using middleware::Sensor;
+using middleware::ServeRequest;
+
+namespace {
+
+namespace os = ::yarp::os;
+namespace dev = ::yarp::dev;
+
+constexpr double degrees = 180 / M_PI;   ///< YARP's angles
+constexpr double longest_silence = 0.01; ///< s of the robot between two states that are sent
+
+template <class F> bool holds(F&& f) {
+    try {
+        f();
+    } catch (const std::exception&) {
+        return false;
+    }
+    return true;
+}
+
+/// What all sensors measure, as the step shows it: the time, then each wrench and each IMU, in SI units.
+struct Senses {
+    Senses(std::vector<std::string> its_wrenches, std::vector<std::string> its_imus)
+        : wrenches(std::move(its_wrenches)), imus(std::move(its_imus)), shown(size()) {}
+    int wrench(std::size_t i) const { return 1 + middleware::wrench_size * static_cast<int>(i); }
+    int imu(std::size_t i) const {
+        return wrench(wrenches.size()) + middleware::imu_size * static_cast<int>(i);
+    }
+    int size() const { return imu(imus.size()); }
+    bool look(std::vector<double>& values) const {
+        values.resize(static_cast<std::size_t>(size()));
+        middleware::Stamp stamp;
+        for (int tries = 0; tries < 100; ++tries)
+            if (shown.read(values.data(), stamp)) return true;
+        return false;
+    }
+    const std::vector<std::string> wrenches, imus;
+    middleware::ExchangeBuffer shown;
+};
+
+/// The device behind a server of MultipleAnalogSensors. Its calls come in a thread of YARP.
+class SensorDevice final : public dev::DeviceDriver,
+                           public dev::IThreeAxisGyroscopes,
+                           public dev::IThreeAxisLinearAccelerometers,
+                           public dev::IOrientationSensors,
+                           public dev::ISixAxisForceTorqueSensors {
+  public:
+    explicit SensorDevice(const Senses& senses) : senses_(senses) {}
+
+    using Name = std::string;
+    using Values = ::yarp::sig::Vector;
+    std::size_t getNrOfThreeAxisGyroscopes() const override { return senses_.imus.size(); }
+    dev::MAS_status getThreeAxisGyroscopeStatus(std::size_t) const override { return dev::MAS_OK; }
+    bool getThreeAxisGyroscopeName(std::size_t i, Name& name) const override {
+        return tell(senses_.imus, i, name);
+    }
+    bool getThreeAxisGyroscopeFrameName(std::size_t i, Name& name) const override {
+        return tell(senses_.imus, i, name);
+    }
+    bool getThreeAxisGyroscopeMeasure(std::size_t i, Values& out, double& time) const override {
+        return i < senses_.imus.size() && measure(senses_.imu(i) + 6, 3, degrees, out, time);
+    }
+    std::size_t getNrOfThreeAxisLinearAccelerometers() const override { return senses_.imus.size(); }
+    dev::MAS_status getThreeAxisLinearAccelerometerStatus(std::size_t) const override { return dev::MAS_OK; }
+    bool getThreeAxisLinearAccelerometerName(std::size_t i, Name& name) const override {
+        return tell(senses_.imus, i, name);
+    }
+    bool getThreeAxisLinearAccelerometerFrameName(std::size_t i, Name& name) const override {
+        return tell(senses_.imus, i, name);
+    }
+    bool getThreeAxisLinearAccelerometerMeasure(std::size_t i, Values& out, double& time) const override {
+        return i < senses_.imus.size() && measure(senses_.imu(i) + 3, 3, 1, out, time);
+    }
+    std::size_t getNrOfOrientationSensors() const override { return senses_.imus.size(); }
+    dev::MAS_status getOrientationSensorStatus(std::size_t) const override { return dev::MAS_OK; }
+    bool getOrientationSensorName(std::size_t i, Name& name) const override {
+        return tell(senses_.imus, i, name);
+    }
+    bool getOrientationSensorFrameName(std::size_t i, Name& name) const override {
+        return tell(senses_.imus, i, name);
+    }
+    bool getOrientationSensorMeasureAsRollPitchYaw(std::size_t i, Values& out, double& time) const override {
+        return i < senses_.imus.size() && measure(senses_.imu(i), 3, degrees, out, time);
+    }
+    std::size_t getNrOfSixAxisForceTorqueSensors() const override { return senses_.wrenches.size(); }
+    dev::MAS_status getSixAxisForceTorqueSensorStatus(std::size_t) const override { return dev::MAS_OK; }
+    bool getSixAxisForceTorqueSensorName(std::size_t i, Name& name) const override {
+        return tell(senses_.wrenches, i, name);
+    }
+    bool getSixAxisForceTorqueSensorFrameName(std::size_t i, Name& name) const override {
+        return tell(senses_.wrenches, i, name);
+    }
+    bool getSixAxisForceTorqueSensorMeasure(std::size_t i, Values& out, double& time) const override {
+        return i < senses_.wrenches.size() && measure(senses_.wrench(i), 6, 1, out, time);
+    }
+
+  private:
+    static bool tell(const std::vector<std::string>& names, std::size_t i, std::string& name) {
+        return i < names.size() && (name = names[i], true);
+    }
+    bool measure(int begin, int count, double factor, Values& out, double& time) const {
+        std::vector<double> shown;
+        if (!senses_.look(shown)) return false;
+        out.resize(static_cast<std::size_t>(count));
+        for (int k = 0; k < count; ++k)
+            out[static_cast<std::size_t>(k)] = factor * shown[static_cast<std::size_t>(begin + k)];
+        time = shown[0];
+        return true;
+    }
+    const Senses& senses_;
+};
+
+/// What a thread of YARP's does every so often, done once; its own step() gives the processor away after
+/// that.
+struct Once : os::PeriodicThread {
+    static void run_of(os::PeriodicThread& thread) { (thread.*&Once::run)(); }
+};
+
+/// A device of YARP that shows another one at ports, every so often in a thread of its own.
+class Shown {
+  public:
+    Shown(const char* device, const std::string& name, dev::DeviceDriver& what, os::Property wanted) {
+        wanted.put("device", device);
+        wanted.put("name", name);
+        if (!what_.give(&what, false) || !shows_.open(wanted) || !attach())
+            throw std::runtime_error("the ports of " + name +
+                                     " do not open; look whether another program has them");
+        shows_.view(thread_);
+    }
+    ~Shown() { shows_.close(); }
+    /// From now on it shows only what show() asks for.
+    void take_over() {
+        if (thread_ == nullptr) throw std::runtime_error("this YARP's devices cannot be stepped");
+        thread_->stop();
+    }
+    void show() { Once::run_of(*thread_); }
+
+  private:
+    bool attach() {
+        dev::IWrapper* one = nullptr;
+        dev::IMultipleWrapper* several = nullptr;
+        if (shows_.view(several)) {
+            dev::PolyDriverList list;
+            list.push(&what_, "robot");
+            return several->attachAll(list);
+        }
+        return shows_.view(one) && one->attach(&what_);
+    }
+    dev::PolyDriver what_, shows_;
+    os::PeriodicThread* thread_ = nullptr;
+};
+
+/// A port that streams numbers with the time of the robot.
+class Stream {
+  public:
+    Stream(const std::string& name, int begin, std::vector<double> factors)
+        : begin_(begin), factors_(std::move(factors)) {
+        open_port(port_, name, name);
+    }
+    void send(const std::vector<double>& shown, const os::Stamp& stamp) {
+        auto& message = port_.prepare();
+        message.clear();
+        for (std::size_t k = 0; k < factors_.size(); ++k)
+            message.addFloat64(factors_[k] * shown[static_cast<std::size_t>(begin_) + k]);
+        os::Stamp its = stamp;
+        port_.setEnvelope(its);
+        port_.write();
+    }
+
+  private:
+    const int begin_;
+    const std::vector<double> factors_;
+    os::BufferedPort<os::Bottle> port_;
+};
+
+/// Shows a robot as control boards. The world moves all of its joints in one mode; those of the modes
+/// POSITION, POSITION_DIRECT and VELOCITY it holds where they are led here, each in its own mode.
+class YarpRobot final : public middleware::ServedRobot {
+  public:
+    explicit YarpRobot(const ServeRequest& request)
+        : request_(request), robot_(request.robot), n_(request.device.joints()),
+          shared_(request.device.joint_names()), mode_(static_cast<std::size_t>(n_), VOCAB_CM_POSITION),
+          wished_(mode_.size()), overruled_(mode_.size(), {-1, 0}), led_(VectorXd::Zero(n_)),
+          speed_(VectorXd::Zero(n_)), references_(VectorXd::Zero(n_)), values_(n_), s_(n_), before_(n_) {
+        const auto& boards = request.options.find("board");
+        parts_ = boards == request.options.end() ? parts_of(shared_.joints)
+                                                 : read_parts(boards->second, shared_.joints);
+        prefix_ = "/" + request.option("yarp") + (request.is_alone ? "" : "/" + request.path);
+        name_ = "robot " + prefix_ + " (YARP)";
+        join();
+    }
+    ~YarpRobot() override {
+        is_over_ = true;
+        shown_bell_.ring();
+        if (thread_.joinable()) thread_.join();
+    }
+
+    void start(double period) override {
+        period_ = period;
+        senses_ = std::make_unique<Senses>(robot_.sensors(Sensor::wrench), robot_.sensors(Sensor::imu));
+        describe();
+        show_state(0);
+        os::Property every;
+        every.put("period", std::max(period, 0.001));
+        for (const auto& name : {prefix_ + "/" + parts_.front().name + "/rpc:i", std::string("/clock")})
+            if (is_there(name))
+                throw std::runtime_error("another program has the port " + name +
+                                         "; end it, or give this robot another name");
+        for (const auto& part : parts_) {
+            panels_.push_back(make_panel(part.joints, shared_));
+            taken_.emplace_back();
+            boards_.emplace_back("controlBoard_nws_yarp", prefix_ + "/" + part.name, panels_.back()->driver(),
+                                 every);
+        }
+        sensor_device_ = std::make_unique<SensorDevice>(*senses_);
+        every.put("period", std::max(1, static_cast<int>(std::lround(period * 1000))));
+        if (!senses_->wrenches.empty() || !senses_->imus.empty())
+            boards_.emplace_back("multipleanalogsensorsserver", prefix_ + "/sensors", *sensor_device_, every);
+        open_streams();
+        open_port(clock_port_, "/clock", "/clock");
+        clock_ = serve_clock("/clock/rpc", period, request_.host.waits ? Led::always : Led::never);
+        if (request_.host.waits)
+            for (auto& board : boards_) board.take_over();
+        else
+            thread_ = std::thread([this] { send_as_it_comes(); });
+        take_joints();
+    }
+
+    void step(double time) noexcept override {
+        show_state(time);
+        if (!request_.host.waits) {
+            shown_bell_.ring();
+            clock_->next(0);
+            take_wishes();
+            if (is_driven_ && is_streamed() && request_.host.watchdog > 0 &&
+                middleware::now() - heard_ > request_.host.watchdog)
+                let_go(Event::silent);
+        } else {
+            // What YARP sends may get lost on its way to a slow reader, and it must have come before the
+            // robot goes on.
+            send();
+            for (int waited = 1; !clock_->next(0.002); ++waited) {
+                take_wishes();
+                if (is_driven_ && had_clients_ && clock_->clients() == 0) let_go(Event::left);
+                had_clients_ = clock_->clients() > 0;
+                if (waited % 8 == 1 || are_modes_new_) {
+                    show_state(time);
+                    send();
+                }
+                are_modes_new_ = false;
+                if (waited % 25 == 0 && request_.host.goes_on && !request_.host.goes_on()) return;
+            }
+            take_wishes();
+            had_clients_ = clock_->clients() > 0;
+        }
+        lead();
+    }
+
+    const std::string& name() const noexcept override { return name_; }
+    std::string take_news() override {
+        const std::string then =
+            request_.host.on_loss == middleware::OnLoss::limp ? "; its joints are limp" : "; its joints hold";
+        if (seen_ == told_.load()) return "";
+        switch (events_[seen_++ % events_.size()].load()) {
+        case Event::came: return "a controller has come";
+        case Event::refused: return "a command was refused";
+        case Event::mixed:
+            return "some joints are to be driven by torque, PWM or current, and others are not: they go over "
+                   "when all of them are to";
+        case Event::silent:
+            return "no command for " + bf::Value(request_.host.watchdog).describe() + " s" + then;
+        case Event::left: return "the controller has left" + then;
+        }
+        return "";
+    }
+    int gone() const noexcept override { return gone_; }
+
+  private:
+    enum class Event : std::uint8_t { came, refused, mixed, silent, left };
+
+    void describe() {
+        const auto& device = request_.device;
+        for (int i = 0; i < middleware::measurement_count; ++i)
+            if (holds([&] { device.check_measurement(static_cast<Measurement>(i)); }))
+                shared_.measurements |= 1U << i;
+        for (int i = 0; i < middleware::mode_count; ++i)
+            if (holds([&] { device.check_mode(static_cast<ControlMode>(i)); })) shared_.modes |= 1U << i;
+        for (auto* limits :
+             {&shared_.position_min, &shared_.position_max, &shared_.velocity_min, &shared_.velocity_max})
+            limits->resize(n_);
+        if (!robot_.read(Limits::position, shared_.position_min, shared_.position_max) ||
+            !robot_.read(Limits::velocity, shared_.velocity_min, shared_.velocity_max))
+            throw std::runtime_error(std::string("the robot tells no limits: ") + robot_.error());
+        auto& its = shared_.settings;
+        shared_.has_position_gains = holds([&] { device.check_gains(Loop::position); }) &&
+                                     robot_.read_gains(Loop::position, its.position);
+        shared_.has_torque_gains =
+            holds([&] { device.check_gains(Loop::torque); }) && robot_.read_gains(Loop::torque, its.torque);
+        shared_.has_motor_parameters =
+            holds([&] { device.check_motor_parameters(); }) && robot_.read_motor_parameters(its.motors);
+        before_.position = its.position;
+        before_.torque = its.torque;
+        before_.motors = its.motors;
+        shown_.assign(static_cast<std::size_t>(shared_.at.size()), 0);
+        sensed_.assign(static_cast<std::size_t>(senses_->size()), 0);
+        wishes_.resize(mode_.size() * Wish::size);
+    }
+
+    void open_streams() {
+        std::map<std::string, std::string> names; // of sensors, as the command says
+        if (const auto given = request_.options.find("stream"); given != request_.options.end())
+            for (const auto& text : given->second) {
+                const auto equals = text.find("=/");
+                const std::string sensor = text.substr(0, equals);
+                const auto is_one = [&](const auto& list) {
+                    return std::ranges::find(list, sensor) != list.end();
+                };
+                if (equals == text.npos || (!is_one(senses_->wrenches) && !is_one(senses_->imus)))
+                    throw std::runtime_error(
+                        "--stream '" + text +
+                        "': write SENSOR=/PORT, with a sensor of the robot: " + sensor_names());
+                names[sensor] = text.substr(equals + 1);
+            }
+        const auto open = [&](const std::string& sensor, const std::string& otherwise, int begin,
+                              std::vector<double> factors) {
+            const auto given = names.find(sensor);
+            streams_.emplace_back(given == names.end() ? prefix_ + "/" + otherwise : given->second, begin,
+                                  std::move(factors));
+        };
+        for (std::size_t i = 0; i < senses_->wrenches.size(); ++i)
+            open(senses_->wrenches[i], stream_of(senses_->wrenches[i]), senses_->wrench(i),
+                 std::vector<double>(middleware::wrench_size, 1));
+        for (std::size_t i = 0; i < senses_->imus.size(); ++i)
+            open(senses_->imus[i], i == 0 ? "inertial" : senses_->imus[i], senses_->imu(i),
+                 {degrees, degrees, degrees, 1, 1, 1, degrees, degrees, degrees, 1, 1, 1});
+    }
+    std::string sensor_names() const {
+        std::string text;
+        for (const auto* list : {&senses_->wrenches, &senses_->imus})
+            for (const auto& name : *list) text += (text.empty() ? "" : ", ") + name;
+        return text.empty() ? "none" : text;
+    }
+
+    // ---- in the step
+
+    void show_state(double time) noexcept {
+        shown_[0] = time;
+        for (int i = 0; i < middleware::measurement_count; ++i) {
+            const auto what = static_cast<Measurement>(i);
+            if (!(shared_.measurements >> i & 1) || !robot_.read(what, values_)) continue;
+            if (what == Measurement::joint_position) s_ = values_;
+            std::copy(values_.begin(), values_.end(), shown_.begin() + shared_.at.measurement(what));
+        }
+        for (int j = 0; j < n_; ++j) {
+            shown_[static_cast<std::size_t>(shared_.at.modes() + j)] = mode_[static_cast<std::size_t>(j)];
+            shown_[static_cast<std::size_t>(shared_.at.led() + j)] = led_[j];
+        }
+        shared_.shown.write(shown_.data(), middleware::now());
+        double* to = sensed_.data();
+        to[0] = time;
+        for (std::size_t i = 0; i < senses_->wrenches.size(); ++i)
+            robot_.read(Sensor::wrench, senses_->wrenches[i],
+                        Eigen::Map<VectorXd>(to + senses_->wrench(i), middleware::wrench_size));
+        for (std::size_t i = 0; i < senses_->imus.size(); ++i)
+            robot_.read(Sensor::imu, senses_->imus[i],
+                        Eigen::Map<VectorXd>(to + senses_->imu(i), middleware::imu_size));
+        senses_->shown.write(to, middleware::now());
+    }
+
+    void take_wishes() noexcept {
+        take_settings();
+        for (std::size_t b = 0; b < panels_.size(); ++b) {
+            const auto& wishes = panels_[b]->wishes();
+            if (wishes.newest() == taken_[b].number || !wishes.read(wishes_.data(), taken_[b])) continue;
+            const double* from = wishes_.data();
+            for (const int j : panels_[b]->numbers()) {
+                Wish& wish = wished_[static_cast<std::size_t>(j)];
+                wish.mode = static_cast<int>(*from++);
+                wish.times = *from++;
+                std::copy_n(from, static_cast<int>(Wish::count), wish.values);
+                from += static_cast<int>(Wish::count);
+            }
+            if (taken_[b].number == 1) continue; // the board's own first one
+            heard_ = middleware::now();
+            if (!std::exchange(is_driven_, true)) tell(Event::came);
+        }
+        take_modes();
+    }
+
+    /// Joints go over when all are asked for modes that the world has at once.
+    void take_modes() noexcept {
+        int world = -2;
+        for (std::size_t j = 0; j < mode_.size(); ++j) {
+            const int its = control_mode_of(wanted(j));
+            world = world == -2 || world == its ? its : -1;
+        }
+        if (world < 0) {
+            // Boards are told one after the other, so that all of them are a moment later, mostly.
+            if (mixed_since_ == 0) mixed_since_ = middleware::now();
+            if (middleware::now() - mixed_since_ > 0.5) {
+                if (!std::exchange(is_mixed_, true)) tell(Event::mixed);
+            }
+            world = world_mode_;
+        } else {
+            mixed_since_ = 0;
+            is_mixed_ = false;
+        }
+        if (world != world_mode_) {
+            const bool was_streamed = is_streamed();
+            if (!robot_.set_mode(static_cast<ControlMode>(world))) {
+                tell(Event::refused);
+                return;
+            }
+            world_mode_ = world;
+            led_ = s_;
+            speed_.setZero();
+            references_.setZero();
+            std::ranges::fill(mode_, 0); // of before
+            if (is_driven_ && was_streamed && world == static_cast<int>(ControlMode::position_direct))
+                leave(Event::left);
+        }
+        for (std::size_t j = 0; j < mode_.size(); ++j) {
+            const int its = wanted(j);
+            if (control_mode_of(its) != world_mode_ || mode_[j] == its) continue;
+            mode_[j] = its;
+            speed_[static_cast<Eigen::Index>(j)] = 0;
+            are_modes_new_ = true;
+        }
+    }
+    /// What is wished of the joint, unless it was taken back since.
+    int wanted(std::size_t j) const {
+        if (is_overruled(j))
+            return request_.host.on_loss == middleware::OnLoss::limp ? VOCAB_CM_IDLE : VOCAB_CM_POSITION;
+        return wished_[j].mode;
+    }
+    bool is_overruled(std::size_t j) const { return overruled_[j].first == wished_[j].times; }
+    /// Must somebody go on sending references?
+    bool is_streamed() const {
+        return world_mode_ != static_cast<int>(ControlMode::position_direct) ||
+               std::ranges::find(mode_, VOCAB_CM_VELOCITY) != mode_.end();
+    }
+
+    /// One step of the references.
+    void lead() noexcept {
+        for (int j = 0; j < n_; ++j) {
+            const Wish& wish = wished_[static_cast<std::size_t>(j)];
+            const bool is_old = is_overruled(static_cast<std::size_t>(j));
+            const auto to = [&](int what) { return is_old ? 0.0 : wish.values[what]; };
+            switch (mode_[static_cast<std::size_t>(j)]) {
+            case VOCAB_CM_POSITION: {
+                const double most = std::abs(wish.values[Wish::speed]) * period_;
+                const double target = wish.values[Wish::position];
+                if (!is_old || target != overruled_[static_cast<std::size_t>(j)].second)
+                    led_[j] += std::clamp(target - led_[j], -most, most);
+                break;
+            }
+            case VOCAB_CM_VELOCITY: {
+                const double most = std::abs(wish.values[Wish::acceleration]) * period_;
+                speed_[j] += std::clamp(to(Wish::velocity) - speed_[j], -most, most);
+                led_[j] = std::clamp(led_[j] + speed_[j] * period_, shared_.position_min[j],
+                                     shared_.position_max[j]);
+                break;
+            }
+            case VOCAB_CM_POSITION_DIRECT: led_[j] = is_old ? led_[j] : wish.values[Wish::direct]; break;
+            // Of joints that are asked for another mode the last reference counts on.
+            case VOCAB_CM_TORQUE:
+                if (wanted(static_cast<std::size_t>(j)) == VOCAB_CM_TORQUE) references_[j] = to(Wish::torque);
+                break;
+            case VOCAB_CM_PWM:
+                if (wanted(static_cast<std::size_t>(j)) == VOCAB_CM_PWM) references_[j] = to(Wish::pwm);
+                break;
+            case VOCAB_CM_CURRENT:
+                if (wanted(static_cast<std::size_t>(j)) == VOCAB_CM_CURRENT)
+                    references_[j] = to(Wish::current);
+                break;
+            default: references_[j] = 0;
+            }
+        }
+        const bool is_led = world_mode_ == static_cast<int>(ControlMode::position_direct);
+        if (!robot_.write(static_cast<ControlMode>(world_mode_), is_led ? led_ : references_))
+            tell(Event::refused);
+    }
+
+    void take_settings() noexcept {
+        auto& its = shared_.settings;
+        if (!its.mutex.try_lock()) return; // in a step that follows
+        const std::lock_guard lock(its.mutex, std::adopt_lock);
+        const int which = std::exchange(its.changed, 0);
+        if (which == 0) return;
+        are_settings_changed_ = true;
+        if ((which & 1 && !robot_.write_gains(Loop::position, its.position)) ||
+            (which & 2 && !robot_.write_gains(Loop::torque, its.torque)) ||
+            (which & 4 && !robot_.write_motor_parameters(its.motors)))
+            tell(Event::refused);
+    }
+
+    void let_go(Event why) noexcept {
+        const bool was_driven = std::exchange(is_driven_, false);
+        overrule();
+        take_modes();
+        if (was_driven) leave(why);
+    }
+    void leave(Event why) noexcept {
+        if (std::exchange(are_settings_changed_, false)) {
+            const std::lock_guard lock(shared_.settings.mutex);
+            auto& its = shared_.settings;
+            its.position = before_.position;
+            its.torque = before_.torque;
+            its.motors = before_.motors;
+            its.changed = (shared_.has_position_gains ? 1 : 0) | (shared_.has_torque_gains ? 2 : 0) |
+                          (shared_.has_motor_parameters ? 4 : 0);
+        }
+        is_driven_ = false;
+        ++gone_;
+        tell(why);
+    }
+    void take_joints() {
+        for (int j = 0; j < n_; ++j) {
+            wished_[static_cast<std::size_t>(j)].mode = VOCAB_CM_POSITION;
+            wished_[static_cast<std::size_t>(j)].values[Wish::position] = s_[j];
+        }
+        overrule();
+        take_modes();
+    }
+    void overrule() noexcept {
+        for (std::size_t j = 0; j < mode_.size(); ++j)
+            overruled_[j] = {wished_[j].times, wished_[j].values[Wish::position]};
+    }
+    void tell(Event event) noexcept {
+        const unsigned next = told_.load();
+        if (next - seen_.load() == events_.size()) return; // nobody listens
+        events_[next % events_.size()].store(event);
+        told_.store(next + 1);
+    }
+
+    // ---- what others see
+
+    void send() noexcept {
+        std::vector<double> senses;
+        if (!senses_->look(senses)) return;
+        const double time = senses[0];
+        send_next_ = time + longest_silence - period_ / 2;
+        const double seconds = std::floor(time + 1e-9);
+        auto& now = clock_port_.prepare();
+        now.clear();
+        now.addInt32(static_cast<int>(seconds));
+        now.addInt32(static_cast<int>(std::lround(std::max(0.0, time - seconds) * 1e9)));
+        clock_port_.write();
+        stamp_.update(time);
+        for (auto& stream : streams_) stream.send(senses, stamp_);
+        if (request_.host.waits)
+            for (auto& board : boards_) board.show();
+    }
+    void send_as_it_comes() noexcept {
+        for (std::uint64_t sent = 0; !is_over_;) {
+            shown_bell_.wait(0.05, [&] { return senses_->shown.newest() != sent || is_over_; });
+            if (senses_->shown.newest() == sent) continue;
+            sent = senses_->shown.newest();
+            send();
+        }
+    }
+
+    const ServeRequest request_;
+    toolbox::RobotConnection& robot_;
+    const int n_;
+    SharedBoard shared_;
+    std::vector<Part> parts_;
+    std::string prefix_, name_;
+    double period_ = 0, send_next_ = 0; ///< s
+
+    std::vector<int> mode_;    ///< that each joint is in, a vocab
+    std::vector<Wish> wished_; ///< of each joint
+    /// The Wish::times that count no more since the joint was taken back, and the position wished then.
+    std::vector<std::pair<double, double>> overruled_;
+    int world_mode_ = -1;
+    VectorXd led_, speed_;             ///< of the modes of position
+    VectorXd references_, values_, s_; ///< of the other modes; what was read; joint positions
+    Settings before_;
+    bool is_driven_ = false, is_mixed_ = false, had_clients_ = false, are_modes_new_ = false,
+         are_settings_changed_ = false;
+    double heard_ = 0, mixed_since_ = 0; ///< s; 0: not
+    std::atomic<int> gone_{0};
+    std::array<std::atomic<Event>, 64> events_{};
+    std::atomic<unsigned> told_{0}, seen_{0};
+
+    std::vector<double> shown_, sensed_, wishes_;
+    std::unique_ptr<Senses> senses_;
+    std::vector<std::unique_ptr<Panel>> panels_;
+    std::vector<middleware::Stamp> taken_;
+    std::unique_ptr<SensorDevice> sensor_device_;
+    std::list<Stream> streams_;
+    std::list<Shown> boards_; ///< closed before what they show
+    os::BufferedPort<os::Bottle> clock_port_;
+    std::shared_ptr<ClockServer> clock_;
+    os::Stamp stamp_;
+    middleware::Bell shown_bell_{};
+    std::atomic<bool> is_over_{false};
+    std::thread thread_;
+};
+
+} // namespace
+
+} // namespace bf::yarp
+
+extern "C" __attribute__((visibility("default"))) bf::middleware::ServedRobot* bf_serve_robot_v1(
+    const bf::middleware::ServeRequest& request) {
+    return new bf::yarp::YarpRobot(request);
+}

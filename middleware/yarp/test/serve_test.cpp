@@ -1,0 +1,397 @@
+// bf serve --yarp: YARP's own clients and command-line programs drive a world that another process runs. The
+// oracle is the same world, driven by a diagram of this process.
+#include "../../test/served.hpp"
+#include "parts.hpp"
+#include "running.hpp"
+#include "stand.hpp"
+
+#include <cmath>
+#include <memory>
+#include <yarp/dev/ControlBoardInterfaces.h>
+#include <yarp/dev/IPidControl.h>
+#include <yarp/dev/MultipleAnalogSensorsInterfaces.h>
+#include <yarp/dev/PolyDriver.h>
+#include <yarp/os/Bottle.h>
+#include <yarp/os/BufferedPort.h>
+#include <yarp/os/Log.h>
+#include <yarp/os/Network.h>
+#include <yarp/os/Property.h>
+#include <yarp/os/RpcClient.h>
+#include <yarp/os/Stamp.h>
+#include <yarp/sig/Vector.h>
+
+namespace bf::yarp::test {
+namespace {
+
+namespace os = ::yarp::os;
+namespace dev = ::yarp::dev;
+using middleware::test::diagram;
+using middleware::test::icub;
+using middleware::test::icub_world;
+using toolbox::test::expect_contains;
+using toolbox::test::refusal;
+using toolbox::test::Running;
+
+constexpr double degrees = 180 / M_PI;
+
+template <class F> bool waits_until(F&& is_so) {
+    for (int k = 0; k < 3000; ++k, usleep(1000))
+        if (is_so()) return true;
+    return false;
+}
+
+/// A device of YARP, as its clients open it.
+class Client {
+  public:
+    Client(const std::string& device, const std::string& remote, const std::string& local) {
+        os::Property wanted;
+        wanted.put("device", device);
+        wanted.put("remote", remote);
+        wanted.put("local", local);
+        if (!driver_.open(wanted)) throw std::runtime_error("YARP's client does not open");
+    }
+    template <class I> I& as() {
+        I* view = nullptr;
+        if (!driver_.view(view)) throw std::runtime_error("YARP's client has no such view");
+        return *view;
+    }
+
+  private:
+    dev::PolyDriver driver_;
+};
+
+class YarpServe : public YarpNetwork {
+  protected:
+    void SetUp() override {
+        YarpNetwork::SetUp();
+        if (IsSkipped()) return;
+        server_ = std::make_unique<Program>(name_server());
+        ASSERT_TRUE(is_there("/root"));
+        model_ = write("icub.yaml", diagram(icub + icub_world));
+        os::Log::setMinimumPrintLevel(os::Log::FatalType);
+        static const os::Network network;
+        os::NetworkBase::setLocalMode(false);
+    }
+    Program serve(const std::vector<std::string>& more = {}) const {
+        std::vector<std::string> words{BF_PROGRAM, "serve", model_, "--yarp", "icubSim"};
+        words.insert(words.end(), more.begin(), more.end());
+        return Program(words, folder_ / "said");
+    }
+    /// The clock by which the world goes on.
+    struct Clock {
+        Clock() {
+            port.open("/test/clock/rpc:o");
+            if (!os::NetworkBase::connect("/test/clock/rpc:o", "/clock/rpc"))
+                throw std::runtime_error("no /clock/rpc");
+        }
+        double ask(const std::string& what) {
+            os::Bottle question, answer;
+            question.fromString(what);
+            if (!port.write(question, answer)) throw std::runtime_error(what + " is not answered");
+            return answer.get(0).asFloat64();
+        }
+        os::RpcClient port;
+    };
+    /// The newest positions of that time, rad.
+    static Eigen::Vector3d positions(Client& board, double time) {
+        double values[3] = {}, stamps[3] = {};
+        EXPECT_TRUE(waits_until([&] {
+            return board.as<dev::IEncodersTimed>().getEncodersTimed(values, stamps) &&
+                   std::abs(stamps[0] - time) < 1e-6;
+        })) << stamps[0];
+        return Eigen::Vector3d(values[0], values[1], values[2]) / degrees;
+    }
+    static bool are_in(Client& board, int mode) {
+        int modes[3] = {};
+        return board.as<dev::IControlMode>().getControlModes(modes) &&
+               std::ranges::all_of(modes, [&](int its) { return its == mode; });
+    }
+    static void set_modes(Client& board, int mode) {
+        int modes[3] = {mode, mode, mode};
+        ASSERT_TRUE(board.as<dev::IControlMode>().setControlModes(modes));
+        ASSERT_TRUE(waits_until([&] { return are_in(board, mode); }));
+    }
+    std::string model_;
+
+  private:
+    std::unique_ptr<Program> server_;
+};
+
+} // namespace
+
+TEST(YarpParts, AreThoseOfAnICub) {
+    const auto text = [](const std::vector<Part>& parts) {
+        std::string all;
+        for (const auto& part : parts) {
+            all += part.name + ":";
+            for (const auto& joint : part.joints) all += " " + joint;
+            all += "\n";
+        }
+        return all;
+    };
+    EXPECT_EQ(text(parts_of({"torso_yaw", "neck_pitch", "l_shoulder_roll", "l_hip_yaw", "r_knee",
+                             "r_wrist_yaw", "l_elbow", "eyes_tilt", "left_toe", "spare"})),
+              "torso: torso_yaw\nhead: neck_pitch eyes_tilt\nleft_arm: l_shoulder_roll l_elbow\nleft_leg: "
+              "l_hip_yaw left_toe\nright_leg: r_knee\nright_arm: r_wrist_yaw\nbody: spare\n");
+    EXPECT_EQ(text(read_parts({"a=x", "b=z,y"}, {"x", "y", "z"})), "a: x\nb: z y\n");
+    const auto refused = [](const std::vector<std::string>& texts) -> std::string {
+        try {
+            read_parts(texts, {"knee", "hip"});
+        } catch (const std::runtime_error& error) {
+            return error.what();
+        }
+        return "";
+    };
+    EXPECT_EQ(refused({"leg"}), "--board 'leg': write it as NAME=JOINT,JOINT,..., such as "
+                                "torso=torso_yaw,torso_roll,torso_pitch");
+    EXPECT_EQ(refused({"leg=kne"}), "--board 'leg=kne': the robot has no joint 'kne'; did you mean 'knee'?");
+    EXPECT_EQ(refused({"a=knee,hip", "b=hip"}), "--board 'b=hip': the joint 'hip' is on two boards");
+    EXPECT_EQ(refused({"a=knee"}), "--board: the joint 'hip' is on no board; give each joint a board, or "
+                                   "leave --board out");
+    EXPECT_EQ(stream_of("l_foot_ft_sensor"), "left_foot/analog:o");
+    EXPECT_EQ(stream_of("wrist"), "wrist/analog:o");
+}
+
+TEST_F(YarpServe, LetsYarpsClientsStepAWorldByTorques) {
+    const auto served = serve();
+    ASSERT_TRUE(is_there("/clock/rpc"));
+    Client board("remote_controlboard", "/icubSim/left_leg", "/test/leg");
+    Client sensors("multipleanalogsensorsclient", "/icubSim/sensors", "/test/sensors");
+    os::BufferedPort<os::Bottle> foot, inertial;
+    ASSERT_TRUE(foot.open("/test/foot") && inertial.open("/test/inertial") &&
+                os::NetworkBase::connect("/icubSim/left_foot/analog:o", "/test/foot") &&
+                os::NetworkBase::connect("/icubSim/inertial", "/test/inertial"));
+    Running direct(diagram(icub + icub_world +
+                               "  tau: {block: Constant, value: [3, -2, 1]}\n"
+                               "  drive: {block: WholeBodyToolbox/SetReferences, control_type: Torque}\n"
+                               "  s: {block: WholeBodyToolbox/GetMeasurement}\n"
+                               "  tau_measured: {block: WholeBodyToolbox/GetMeasurement, measured_type: "
+                               "Joints Torque}\n"
+                               "  wrench: {block: WholeBodyToolbox/GetSensor, sensor: l_foot_ft_sensor}\n"
+                               "  imu: {block: WholeBodyToolbox/GetSensor, kind: imu}\n",
+                           "  tau: drive\n"));
+    int axes = 0;
+    std::string name;
+    ASSERT_TRUE(board.as<dev::IEncoders>().getAxes(&axes));
+    EXPECT_EQ(axes, 3);
+    ASSERT_TRUE(board.as<dev::IAxisInfo>().getAxisName(1, name));
+    EXPECT_EQ(name, "l_knee");
+    Clock clock;
+    EXPECT_EQ(clock.ask("getStepSize"), 0.001);
+    EXPECT_TRUE(are_in(board, VOCAB_CM_POSITION)) << "nobody drives it";
+    set_modes(board, VOCAB_CM_TORQUE);
+    const double torques[3] = {3, -2, 1};
+    ASSERT_TRUE(board.as<dev::ITorqueControl>().setRefTorques(torques));
+    double taken[3] = {};
+    ASSERT_TRUE(waits_until([&] {
+        return board.as<dev::ITorqueControl>().getRefTorques(taken) && taken[2] == 1;
+    })) << "what is streamed comes in its own time";
+    ASSERT_TRUE(direct.step()); // shows the time 0
+    for (int k = 1; k <= 20; ++k) {
+        clock.ask("stepSimulationAndWait 10");
+        for (int i = 0; i < 10; ++i) ASSERT_TRUE(direct.step());
+        ASSERT_LT((positions(board, 0.01 * k) - Eigen::Vector3d(direct.get("s.y"))).norm(), 1e-12) << k;
+    }
+    EXPECT_NEAR(clock.ask("getSimulationTime"), 0.2, 1e-12);
+    EXPECT_GT((direct.get("s.y") - Matrix(Eigen::Vector3d::Zero())).norm(), 0.05) << "it moved";
+    double measured[3] = {};
+    ASSERT_TRUE(board.as<dev::ITorqueControl>().getTorques(measured));
+    EXPECT_LT((Eigen::Map<Eigen::Vector3d>(measured) - Eigen::Vector3d(direct.get("tau_measured.y"))).norm(),
+              1e-12);
+    ::yarp::sig::Vector wrench, rotation;
+    double time = 0;
+    ASSERT_TRUE(waits_until([&] {
+        return sensors.as<dev::ISixAxisForceTorqueSensors>().getSixAxisForceTorqueSensorMeasure(0, wrench,
+                                                                                                time) &&
+               time > 0.1995;
+    }));
+    const Eigen::VectorXd expected = direct.get("wrench.y"), imu = direct.get("imu.y");
+    EXPECT_LT((Eigen::Map<Eigen::VectorXd>(wrench.data(), 6) - expected).norm(), 1e-9);
+    ASSERT_TRUE(sensors.as<dev::IThreeAxisGyroscopes>().getThreeAxisGyroscopeMeasure(0, rotation, time));
+    EXPECT_LT((Eigen::Map<Eigen::VectorXd>(rotation.data(), 3) / degrees - imu.segment<3>(6)).norm(), 1e-9);
+    const auto streamed = [](os::BufferedPort<os::Bottle>& port) {
+        Eigen::VectorXd values;
+        os::Bottle* message = nullptr;
+        EXPECT_TRUE(waits_until([&] {
+            if (auto* newer = port.read(false)) message = newer;
+            os::Stamp stamp;
+            return message != nullptr && port.getEnvelope(stamp) && stamp.getTime() > 0.1995;
+        }));
+        if (message == nullptr) return values;
+        values.resize(static_cast<Eigen::Index>(message->size()));
+        for (std::size_t i = 0; i < message->size(); ++i)
+            values[static_cast<Eigen::Index>(i)] = message->get(i).asFloat64();
+        return values;
+    };
+    const Eigen::VectorXd wrench_stream = streamed(foot), imu_stream = streamed(inertial);
+    ASSERT_EQ(wrench_stream.size(), 6);
+    ASSERT_EQ(imu_stream.size(), 12);
+    EXPECT_EQ(wrench_stream, expected);
+    EXPECT_LT((imu_stream.head<3>() / degrees - imu.head<3>()).norm(), 1e-9);
+    EXPECT_EQ((imu_stream.segment<3>(3)), (imu.segment<3>(3)));
+}
+
+TEST_F(YarpServe, LeadsJointsByTrajectoriesOfTheirSpeed) {
+    const auto served = serve();
+    ASSERT_TRUE(is_there("/clock/rpc"));
+    Client board("remote_controlboard", "/icubSim/left_leg", "/test/leg");
+    Clock clock;
+    auto& position = board.as<dev::IPositionControl>();
+    clock.ask("stepSimulationAndWait 100");
+    const Eigen::Vector3d start = positions(board, 0.1);
+    double speeds[3] = {20, 20, 20};
+    ASSERT_TRUE(position.setRefSpeeds(speeds));
+    const double targets[3] = {start[0] * degrees + 10, start[1] * degrees - 20, start[2] * degrees};
+    ASSERT_TRUE(position.positionMove(targets));
+    clock.ask("stepSimulationAndWait 250");
+    bool is_done = true;
+    ASSERT_TRUE(position.checkMotionDone(&is_done));
+    EXPECT_FALSE(is_done);
+    const Eigen::Vector3d half = (positions(board, 0.35) - start) * degrees;
+    EXPECT_NEAR(half[0], 5, 1.5) << "20 degrees per second, for a quarter of one";
+    EXPECT_NEAR(half[1], -5, 1.5);
+    // Modes of position are mixed at will.
+    ASSERT_TRUE(board.as<dev::IControlMode>().setControlMode(2, VOCAB_CM_VELOCITY));
+    ASSERT_TRUE(board.as<dev::IVelocityControl>().velocityMove(2, 10));
+    double velocity = 0;
+    ASSERT_TRUE(waits_until(
+        [&] { return board.as<dev::IVelocityControl>().getRefVelocity(2, &velocity) && velocity == 10; }));
+    clock.ask("stepSimulationAndWait 500");
+    const Eigen::Vector3d later = positions(board, 0.85);
+    clock.ask("stepSimulationAndWait 500");
+    const Eigen::Vector3d last = positions(board, 1.35);
+    ASSERT_TRUE(position.checkMotionDone(0, &is_done));
+    EXPECT_TRUE(is_done);
+    EXPECT_NEAR((last - start)[0] * degrees, 10, 1.5);
+    EXPECT_NEAR((last - start)[1] * degrees, -20, 1.5);
+    EXPECT_NEAR((last - later)[2] * degrees, 5, 0.3) << "10 degrees per second, for half a second";
+}
+
+TEST_F(YarpServe, TellsLimitsAndTakesGains) {
+    const auto served = serve();
+    ASSERT_TRUE(is_there("/clock/rpc"));
+    Client board("remote_controlboard", "/icubSim/left_leg", "/test/leg");
+    Clock clock;
+    Running direct(diagram(icub + icub_world +
+                           "  limits: {block: WholeBodyToolbox/GetLimits, limit_type: ControlBoardPosition}\n"
+                           "  gains: {block: WholeBodyToolbox/GetLowLevelPIDs}\n"));
+    ASSERT_TRUE(direct.step());
+    for (int j = 0; j < 3; ++j) {
+        double low = 0, high = 0;
+        ASSERT_TRUE(board.as<dev::IControlLimits>().getLimits(j, &low, &high));
+        EXPECT_NEAR(low / degrees, direct.get("limits.minimum")(j), 1e-12);
+        EXPECT_NEAR(high / degrees, direct.get("limits.maximum")(j), 1e-12);
+        dev::Pid pid;
+        ASSERT_TRUE(board.as<dev::IPidControl>().getPid(dev::VOCAB_PIDTYPE_POSITION, j, &pid));
+        EXPECT_EQ(pid.kp, direct.get("gains.P")(j));
+        EXPECT_EQ(pid.kd, direct.get("gains.D")(j));
+    }
+    // Without gains nothing holds the hip.
+    dev::Pid none;
+    ASSERT_TRUE(board.as<dev::IPidControl>().setPid(dev::VOCAB_PIDTYPE_POSITION, 0, none));
+    clock.ask("stepSimulationAndWait 1");
+    const Eigen::Vector3d before = positions(board, 0.001);
+    clock.ask("stepSimulationAndWait 300");
+    EXPECT_GT(std::abs(positions(board, 0.301)[0] - before[0]), 0.01);
+    EXPECT_FALSE(board.as<dev::IControlMode>().setControlMode(0, VOCAB_CM_HW_FAULT));
+    EXPECT_FALSE(board.as<dev::IControlMode>().setControlMode(7, VOCAB_CM_TORQUE));
+}
+
+TEST_F(YarpServe, AnswersYarpsProgramsAndGoesOnlyAsFarAsTold) {
+    const auto served = serve();
+    ASSERT_TRUE(is_there("/clock/rpc"));
+    const auto run = [&](const std::string& command) {
+        const std::string all =
+            "PATH=" BF_YARP_PREFIX "/bin:$PATH; " + command + " > '" + (folder_ / "out").string() + "' 2>&1";
+        EXPECT_NE(std::system(all.c_str()), -1);
+        return read("out");
+    };
+    const auto ask = [&](const std::string& what) {
+        return run("echo '" + what + "' | timeout 20 yarp rpc /clock/rpc");
+    };
+    expect_contains(ask("getStepSize"), "0.001");
+    expect_contains(ask("stepSimulationAndWait 50"), "");
+    expect_contains(ask("getSimulationTime"), "0.05");
+    usleep(200'000);
+    expect_contains(ask("getSimulationTime"), "0.05");
+    EXPECT_EQ(run("timeout 3 yarp read /reads envelope /icubSim/left_leg/state:o").find("nothing"),
+              std::string::npos);
+    expect_contains(run("echo 'get encs' | timeout 20 yarp rpc /icubSim/left_leg/rpc:i"), "[is] encs (");
+}
+
+TEST_F(YarpServe, HoldsTheJointsWhenTheirControllerIsKilled) {
+    auto served = serve({"--realtime", "--priority", "0", "--once", "--silence", "1"});
+    ASSERT_TRUE(is_there("/clock/rpc"));
+    Client board("remote_controlboard", "/icubSim/left_leg", "/test/leg");
+    set_modes(board, VOCAB_CM_TORQUE); // and nothing more comes
+    EXPECT_EQ(served.wait(), 0);
+    const std::string said = read("said");
+    expect_contains(said, "serves the robot /icubSim (YARP)");
+    expect_contains(said, "a controller has come");
+    expect_contains(said, "no command for 1 s; its joints hold");
+}
+
+TEST_F(YarpServe, IsDrivenInLockstepByADiagram) {
+    const std::string blocks =
+        "  s: {block: WholeBodyToolbox/GetMeasurement}\n  s_dot: {block: WholeBodyToolbox/GetMeasurement, "
+        "measured_type: Joints Velocity}\n"
+        "  wrench: {block: WholeBodyToolbox/GetSensor, sensor: l_foot_ft_sensor}\n"
+        "  imu: {block: WholeBodyToolbox/GetSensor, sensor: SENSOR, kind: imu}\n"
+        "  K: {block: Gain, K: 2}\n  sine: {block: Sine, amplitude: [3 -2 1], frequency: 6}\n"
+        "  tau: {block: Sum, signs: +-}\n  drive: {block: WholeBodyToolbox/SetReferences, control_type: "
+        "Torque}\n";
+    const std::string wires = "  sine: tau.u1\n  s_dot: K\n  K: tau.u2\n  tau: drive\n";
+    std::string with_sensor = blocks;
+    Running direct(diagram(
+        icub + icub_world + with_sensor.replace(with_sensor.find(" sensor: SENSOR,"), 16, ""), wires));
+    std::vector<Matrix> expected;
+    for (int k = 0; k < 200; ++k) {
+        ASSERT_TRUE(direct.step());
+        Eigen::VectorXd all(21);
+        all << direct.get("s.y"), direct.get("wrench.y"), direct.get("imu.y");
+        expected.push_back(all);
+    }
+    const auto served = serve();
+    ASSERT_TRUE(is_there("/clock/rpc"));
+    std::string named = blocks;
+    Running run(
+        diagram(icub +
+                    "  world: {block: Yarp/Robot, period: 0.001, boards: \"{'left_leg'}\", simulator: "
+                    "/clock/rpc, wrenches: \"{'l_foot_ft_sensor=/icubSim/sensors'}\", imus: "
+                    "\"{'imu=/icubSim/inertial'}\"}\n" +
+                    named.replace(named.find("SENSOR"), 6, "imu"),
+                wires, "Yarp"));
+    double worst = 0;
+    for (const auto& value : expected) {
+        ASSERT_TRUE(run.step()) << run.simulation.failure();
+        Eigen::VectorXd all(21);
+        all << run.get("s.y"), run.get("wrench.y"), run.get("imu.y");
+        worst = std::max(worst, (all - Eigen::VectorXd(value)).norm() / (1 + value.norm()));
+    }
+    EXPECT_LT(worst, 1e-9);
+    EXPECT_NEAR(run.scalar("world.time"), 0.199, 1e-9);
+    EXPECT_NEAR(run.scalar("world.drift"), 0, 1e-9);
+    run.simulation.stop();
+}
+
+TEST_F(YarpServe, RefusesASecondRobotOfTheNameAndWhatItDoesNotHave) {
+    const auto served = serve();
+    ASSERT_TRUE(is_there("/clock/rpc"));
+    const auto refused = [&](const std::vector<std::string>& more, int code, const std::string& text) {
+        std::vector<std::string> words{BF_PROGRAM, "serve", model_};
+        words.insert(words.end(), more.begin(), more.end());
+        Program other(words, folder_ / "other");
+        EXPECT_EQ(other.wait(), code) << text;
+        expect_contains(read("other"), text);
+    };
+    refused({"--yarp", "icubSim"}, 1,
+            "robot /icubSim (YARP): another program has the port /icubSim/left_leg/rpc:i; end it, or give "
+            "this robot another name");
+    refused({"--yarp", "other"}, 1, "another program has the port /clock");
+    refused({"--yarp", "/icub"}, 2, "the robot's name is '/icub'; write letters, digits, _ and -");
+    refused({"--yarp", "x", "--board", "leg=l_knee"}, 1, "--board: the joint 'l_hip_pitch' is on no board");
+    refused({"--yarp", "x", "--shm", "x"}, 2, "--shm");
+    refused({"--board", "leg=l_knee"}, 2, "--yarp");
+}
+
+} // namespace bf::yarp::test

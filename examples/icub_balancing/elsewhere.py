@@ -117,6 +117,14 @@ of_world = [s for s in direct if s.startswith("world.")]
 of_controller = [s for s in direct if s.startswith("controller.")]
 curves["its world"] = direct["world.com"]
 
+
+def same_world(what, way, world):
+    # The robot does not go on any more when its controller has left, which steps that of YARP by its own period.
+    until = (options.seconds - (0.0105 if way == "yarp" else 0)) * 1e9
+    same(what, {s: {t: rows for t, rows in direct[s].items() if t <= until} for s in of_world}, world, of_world,
+         tolerance.get(way, 0))
+
+
 for way in ways:
     # Step by step.
     server = serve(way, "--once", "--record", out / f"{way}_world.mcap")
@@ -124,12 +132,9 @@ for way in ways:
     told = ended(server)
     assert "a controller has come" in told and "the controller has left; its joints hold" in told, told
     world = recorded.read_recording(bf, out / f"{way}_world.mcap")
-    most = tolerance.get(way, 0)
-    # The robot does not go on any more when its controller has left, which steps that of YARP by its own period.
-    until = (options.seconds - 0.0105) * 1e9
-    same(f"{way}, the world", {s: {t: rows for t, rows in direct[s].items() if way != "yarp" or t < until} for s in of_world},
-         world, of_world, most)
-    same(f"{way}, the controller", direct, recorded.read_recording(bf, out / f"{way}.mcap"), of_controller, most)
+    same_world(f"{way}, the world", way, world)
+    same(f"{way}, the controller", direct, recorded.read_recording(bf, out / f"{way}.mcap"), of_controller,
+         tolerance.get(way, 0))
     curves[way] = world["world.com"]
 
     # Without the robot: what came from it is in the recording.
@@ -161,18 +166,18 @@ for way in ways:
     print(f"  {way}, the controller killed: the centre of mass stays above {height:.3f} m")
     assert height > 0.4, "it fell"
 
-if options.deploy:
+for way in [way for way in ways if options.deploy and way != "udp"]:
     shutil.rmtree(out / "package", ignore_errors=True)
-    recorded.run(bf, "deploy", model, *of("shared_memory"), "-o", out / "package", timeout=None)
-    server = serve("shared_memory", "--once", "--record", out / "deployed_world.mcap")
+    recorded.run(bf, "deploy", model, *of(way), "-o", out / "package", timeout=None)
+    server = serve(way, "--once", "--record", out / "deployed_world.mcap")
     recorded.run(out / "package" / "run", "--quiet", "--priority", 0, "--stop", seconds, timeout=None)
     ended(server)
     world = recorded.read_recording(bf, out / "deployed_world.mcap")
-    same("deployed package, the world", direct, world, of_world)
-    curves["deployed package"] = world["world.com"]
+    same_world(f"{way}, deployed package, the world", way, world)
+    curves[f"{way}, deployed"] = world["world.com"]
 
 # One panel for each axis, later curves thinner, so that all are seen.
-colours = ["#c8c8c8", "#f2a33a", "#2f8f5b", "#3366cc", "#b03060", "#000000", "#00a0b0", "#8a5a2b"]
+colours = ["#c8c8c8", "#f2a33a", "#2f8f5b", "#3366cc", "#b03060", "#000000", "#00a0b0", "#8a5a2b", "#7a5fd0"]
 width, height, left, gap = 860, 150, 70, 180
 parts = []
 end = max(curves["its world"])
@@ -188,9 +193,9 @@ for axis, label in enumerate("xyz"):
         rows = [(t, rows[-1]) for t, rows in sorted(curve.items()) if t <= end]
         points = " ".join(f"{left + t / end * width:.1f},{top + height - (min(max(row[axis], low), high) - low) / (high - low) * height:.1f}"
                           for t, row in rows[:: max(1, len(rows) // 400)])
-        parts.append(f'<polyline points="{points}" fill="none" stroke="{colours[k % 8]}" stroke-width="{max(1, 9 - 3 * k)}"/>')
+        parts.append(f'<polyline points="{points}" fill="none" stroke="{colours[k % 9]}" stroke-width="{max(1, 9 - 3 * k)}"/>')
 for k, label in enumerate(curves):
-    parts.append(f'<text x="{left + 215 * (k % 4)}" y="{30 + 3 * gap + 16 * (k // 4)}" fill="{colours[k % 8]}">{label}</text>')
+    parts.append(f'<text x="{left + 215 * (k % 4)}" y="{30 + 3 * gap + 16 * (k // 4)}" fill="{colours[k % 9]}">{label}</text>')
 (out / "elsewhere.svg").write_text(
     f'<svg xmlns="http://www.w3.org/2000/svg" width="960" height="{3 * gap + 70}" font-family="sans-serif" font-size="12">\n'
     '<rect width="100%" height="100%" fill="white"/>\n' + "\n".join(parts) + "\n</svg>\n")

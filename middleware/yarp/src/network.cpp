@@ -36,8 +36,10 @@ void join() {
     // What goes wrong is told by those who call.
     os::Log::setMinimumPrintLevel(os::Log::FatalType);
     os::Log::setPrintCallback([](auto...) {});
-    setenv("YARP_DATA_DIRS", BF_YARP_DATA, 0); // where its devices are, unless the user says it
-    static const os::Network network;          // finds the name server
+    // Its devices are there, whatever the user looks for elsewhere.
+    const char* folders = std::getenv("YARP_DATA_DIRS");
+    setenv("YARP_DATA_DIRS", ((folders ? folders + std::string(":") : "") + BF_YARP_DATA).c_str(), 1);
+    static const os::Network network; // finds the name server
     if (!os::NetworkBase::getLocalMode() && !os::NetworkBase::checkNetwork(5.0))
         throw std::runtime_error(
             "no YARP name server answers within 5 s; start yarpserver, and say where it is by "

@@ -5,6 +5,7 @@
 #include "running.hpp"
 #include "stand.hpp"
 
+#include <clock_client/ClockServer.h>
 #include <cmath>
 #include <memory>
 #include <yarp/dev/ControlBoardInterfaces.h>
@@ -317,6 +318,32 @@ TEST_F(YarpServe, AnswersYarpsProgramsAndGoesOnlyAsFarAsTold) {
     EXPECT_EQ(run("timeout 3 yarp read /reads envelope /icubSim/left_leg/state:o").find("nothing"),
               std::string::npos);
     expect_contains(run("echo 'get encs' | timeout 20 yarp rpc /icubSim/left_leg/rpc:i"), "[is] encs (");
+}
+
+/// As a controller does that was written for Gazebo.
+TEST_F(YarpServe, IsSteppedByAClientOfYarpsCompiler) {
+    const auto served = serve();
+    ASSERT_TRUE(is_there("/clock/rpc"));
+    os::Port port;
+    ASSERT_TRUE(port.open("/WBT_synchronizer/rpc:o") &&
+                os::NetworkBase::connect("/WBT_synchronizer/rpc:o", "/clock/rpc"));
+    clock_client::ClockServer clock;
+    ASSERT_TRUE(clock.yarp().attachAsClient(port));
+    EXPECT_EQ(clock.getStepSize(), 0.001);
+    clock.pauseSimulation();
+    EXPECT_EQ(clock.getSimulationTime(), 0);
+    for (int k = 1; k <= 20; ++k) {
+        clock.stepSimulationAndWait(10);
+        EXPECT_NEAR(clock.getSimulationTime(), 0.01 * k, 1e-12);
+    }
+    clock.stepSimulation(5);
+    EXPECT_TRUE(waits_until([&] { return std::abs(clock.getSimulationTime() - 0.205) < 1e-12; }));
+    clock.continueSimulation();
+    EXPECT_TRUE(waits_until([&] { return clock.getSimulationTime() > 0.5; })) << "it runs freely";
+    clock.pauseSimulation();
+    const double time = clock.getSimulationTime();
+    usleep(50'000);
+    EXPECT_NEAR(clock.getSimulationTime(), time, 0.0015) << "but for the step that it was in";
 }
 
 TEST_F(YarpServe, HoldsTheJointsWhenTheirControllerIsKilled) {

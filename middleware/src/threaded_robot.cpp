@@ -11,6 +11,7 @@
 #include <cmath>
 #include <ctime>
 #include <future>
+#include <memory>
 #include <optional>
 #include <stdexcept>
 #include <thread>
@@ -32,26 +33,34 @@ bool take(const Exchange& from, double* values, Stamp& last) noexcept {
     return from.newest() != last.number && from.read(values, last);
 }
 
-class Threaded final : public RobotLink {
+/// The thread and what it shares with the step. It lives until both have let it go, as a call of the driver
+/// may never come back.
+class Worker : public std::enable_shared_from_this<Worker> {
   public:
-    Threaded(std::string name, WaitingDriver driver, double period, double watchdog)
+    Worker(std::string name, WaitingDriver driver, double period, double watchdog)
         : name_(std::move(name)), driver_(std::move(driver)), period_(period), watchdog_(watchdog) {}
-    ~Threaded() override { stop(); }
 
     // The side of the step.
-    RobotDescription start(double timeout) override {
+    RobotDescription start(double timeout) {
         stop();
+        if (!is_done_)
+            throw std::runtime_error(
+                "its driver still waits for it since the last run; start this program anew");
         goes_on_ = true;
-        is_gone_ = false;
+        is_gone_ = is_done_ = false;
         how_gone_ = "has ended";
         state_ = gains_ = command_ = settings_ = {};
         std::promise<RobotDescription> promise;
         auto described = promise.get_future();
-        thread_ = std::thread([this, promise = std::move(promise)]() mutable { serve(std::move(promise)); });
+        thread_ = std::thread([self = shared_from_this(), promise = std::move(promise)]() mutable {
+            self->serve(std::move(promise));
+            self->is_done_ = true;
+            self->bell_.ring();
+        });
         const double end = now() + timeout;
         while (described.wait_for(std::chrono::milliseconds(20)) != std::future_status::ready)
             if (is_interrupted() || now() > end) {
-                goes_on_ = false; // its driver may wait on: stop() waits for it
+                goes_on_ = false;
                 throw std::runtime_error(is_interrupted()
                                              ? std::string(interrupted)
                                              : "its driver is not ready within " + Value(timeout).describe() +
@@ -59,35 +68,42 @@ class Threaded final : public RobotLink {
             }
         return described.get(); // or throws what the driver threw
     }
-    void stop() noexcept override {
+    void stop() noexcept {
         goes_on_ = false;
-        if (thread_.joinable()) thread_.join();
+        command_bell_.ring();
+        if (!thread_.joinable()) return;
+        for (const double end = now() + patience; !is_done_ && now() < end;)
+            bell_.wait(0.05, [&] { return is_done_.load(); });
+        if (is_done_)
+            thread_.join();
+        else
+            thread_.detach();
     }
-    bool take_state(double* state, Stamp& stamp) noexcept override {
+    bool take_state(double* state, Stamp& stamp) noexcept {
         if (!take(vectors_->state, state, state_)) return false;
         stamp = state_;
         return true;
     }
-    bool take_gains(double* gains) noexcept override { return take(vectors_->gains, gains, gains_); }
-    void send_command(const double* command) noexcept override {
+    bool take_gains(double* gains) noexcept { return take(vectors_->gains, gains, gains_); }
+    void send_command(const double* command) noexcept {
         vectors_->command.write(command, now());
         command_bell_.ring();
     }
-    void send_settings(const double* settings) noexcept override {
-        vectors_->settings.write(settings, now());
-    }
-    void wait(double timeout) noexcept override {
+    void send_settings(const double* settings) noexcept { vectors_->settings.write(settings, now()); }
+    void wait(double timeout) noexcept {
         bell_.wait(timeout, [&] { return vectors_->state.newest() != state_.number || is_gone_; });
     }
-    bool is_gone() noexcept override { return is_gone_; }
-    const char* how_gone() const noexcept override { return how_gone_; }
-    const std::string& name() const noexcept override { return name_; }
+    bool is_gone() noexcept { return is_gone_; }
+    const char* how_gone() const noexcept { return how_gone_; }
+    const std::string& name() const noexcept { return name_; }
 
   private:
+    static constexpr double patience = 5; ///< s that a driver may take to let the robot go
+
     /// The side of the thread.
     class End final : public RobotEnd {
       public:
-        explicit End(Threaded& its) : its_(its) {}
+        explicit End(Worker& its) : its_(its) {}
         void start(const RobotDescription& description) override {
             its_.description_ = description;
             its_.description_->process = 0;
@@ -116,7 +132,7 @@ class Threaded final : public RobotLink {
         const std::string& name() const noexcept override { return its_.name_; }
 
       private:
-        Threaded& its_;
+        Worker& its_;
     };
 
     void serve(std::promise<RobotDescription> promise) {
@@ -176,17 +192,39 @@ class Threaded final : public RobotLink {
     std::optional<Vectors> vectors_;
     Stamp state_, gains_, command_, settings_; ///< of what was taken
     Bell bell_{}, command_bell_{};
-    std::atomic<bool> goes_on_{false}, is_gone_{false};
+    std::atomic<bool> goes_on_{false}, is_gone_{false}, is_done_{true};
     std::atomic<const char*> how_gone_{""};
     End end_{*this};
     std::thread thread_;
+};
+
+class Threaded final : public RobotLink {
+  public:
+    explicit Threaded(std::shared_ptr<Worker> worker) : worker_(std::move(worker)) {}
+    ~Threaded() override { stop(); }
+    RobotDescription start(double timeout) override { return worker_->start(timeout); }
+    void stop() noexcept override { worker_->stop(); }
+    bool take_state(double* state, Stamp& stamp) noexcept override {
+        return worker_->take_state(state, stamp);
+    }
+    bool take_gains(double* gains) noexcept override { return worker_->take_gains(gains); }
+    void send_command(const double* command) noexcept override { worker_->send_command(command); }
+    void send_settings(const double* settings) noexcept override { worker_->send_settings(settings); }
+    void wait(double timeout) noexcept override { worker_->wait(timeout); }
+    bool is_gone() noexcept override { return worker_->is_gone(); }
+    const char* how_gone() const noexcept override { return worker_->how_gone(); }
+    const std::string& name() const noexcept override { return worker_->name(); }
+
+  private:
+    const std::shared_ptr<Worker> worker_;
 };
 
 } // namespace
 
 std::unique_ptr<RobotLink> make_threaded_link(std::string name, WaitingDriver driver, double period,
                                               double watchdog) {
-    return std::make_unique<Threaded>(std::move(name), std::move(driver), period, watchdog);
+    return std::make_unique<Threaded>(
+        std::make_shared<Worker>(std::move(name), std::move(driver), period, watchdog));
 }
 
 } // namespace bf::middleware

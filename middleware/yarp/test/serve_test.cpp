@@ -401,6 +401,32 @@ TEST_F(YarpServe, IsDrivenInLockstepByADiagram) {
     run.simulation.stop();
 }
 
+TEST_F(YarpServe, EndsADiagramWhenItStandsStillOrIsKilled) {
+    for (const bool is_killed : {true, false}) {
+        auto served = serve();
+        ASSERT_TRUE(is_there("/clock/rpc"));
+        Running run(diagram(icub + "  world: {block: Yarp/Robot, period: 0.001, timeout: 0.5, boards: "
+                                   "\"{'left_leg'}\", simulator: /clock/rpc}\n"
+                                   "  tau: {block: Constant, value: [0, 0, 0]}\n"
+                                   "  drive: {block: WholeBodyToolbox/SetReferences, control_type: Torque}\n",
+                            "  tau: drive\n", "Yarp"));
+        for (int k = 0; k < 20; ++k) {
+            ASSERT_TRUE(run.step()) << run.simulation.failure();
+        }
+        if (is_killed)
+            served.end();
+        else
+            served.halt();
+        int steps = 0;
+        while (run.step()) {
+            ASSERT_LT(++steps, 10);
+        }
+        expect_contains(run.simulation.failure(), "world: YARP robot 'icubSim': ");
+        run.simulation.stop(); // comes back, whatever its thread waits for
+        served.end();
+    }
+}
+
 TEST_F(YarpServe, RefusesASecondRobotOfTheNameAndWhatItDoesNotHave) {
     const auto served = serve();
     ASSERT_TRUE(is_there("/clock/rpc"));

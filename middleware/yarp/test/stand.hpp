@@ -37,6 +37,7 @@ class Program {
         waitpid(process_, nullptr, 0);
         process_ = 0;
     }
+    void halt() const { kill(process_, SIGSTOP); }
     /// Its exit code.
     int wait() {
         int status = -1;

@@ -69,7 +69,7 @@ const std::vector<WayToServe>& ways_to_serve() {
                   {"--stream", "SENSOR=/PORT",
                    "with --yarp: the port that streams this sensor's 6 or 12 numbers", false, true}},
          .wrong = wrong_prefix,
-         .alone = nullptr,
+         .alone = "YARP's clock is that of one; serve them by --shm",
          .plugin = "Yarp",
          .make = nullptr},
     };

@@ -37,8 +37,11 @@ void join() {
     os::Log::setMinimumPrintLevel(os::Log::FatalType);
     os::Log::setPrintCallback([](auto...) {});
     // Its devices are there, whatever the user looks for elsewhere.
-    const char* folders = std::getenv("YARP_DATA_DIRS");
-    setenv("YARP_DATA_DIRS", ((folders ? folders + std::string(":") : "") + BF_YARP_DATA).c_str(), 1);
+    static const std::string folders = [] {
+        const char* others = std::getenv("YARP_DATA_DIRS");
+        return (others ? others + std::string(":") : "") + BF_YARP_DATA;
+    }();
+    setenv("YARP_DATA_DIRS", folders.c_str(), 1);
     static const os::Network network; // finds the name server
     if (!os::NetworkBase::getLocalMode() && !os::NetworkBase::checkNetwork(5.0))
         throw std::runtime_error(

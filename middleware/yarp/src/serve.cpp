@@ -11,6 +11,7 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <cstdlib>
 #include <list>
 #include <map>
 #include <mutex>
@@ -225,9 +226,14 @@ class YarpRobot final : public middleware::ServedRobot {
         const auto& boards = request.options.find("board");
         parts_ = boards == request.options.end() ? parts_of(shared_.joints)
                                                  : read_parts(boards->second, shared_.joints);
-        prefix_ = "/" + request.option("yarp") + (request.is_alone ? "" : "/" + request.path);
+        prefix_ = "/" + request.option("yarp");
         name_ = "robot " + prefix_ + " (YARP)";
+        unsetenv("YARP_CLOCK"); // which this program is, for all others
         join();
+        if (os::NetworkBase::getLocalMode()) // as it is where nobody has said where the name server is
+            throw std::runtime_error(
+                "no YARP name server is known; start `yarpserver --write`, or say where one "
+                "is by `yarp conf HOST PORT`");
     }
     ~YarpRobot() override {
         is_over_ = true;

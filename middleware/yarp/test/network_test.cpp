@@ -1,4 +1,5 @@
 // A diagram drives boards of another program, which a name server knows.
+#include "../../test/served.hpp"
 #include "running.hpp"
 #include "stand.hpp"
 
@@ -31,6 +32,16 @@ const std::string robot =
 
 TEST_F(YarpBoards, LeadsToBoardsOfAnotherProgramUntilTheyAreKilled) {
     expect_contains(refusal(robot), "no YARP name server answers within 5 s; start yarpserver");
+    // Nor does one where nobody has said where it is.
+    setenv("YARP_CONFIG_HOME", (folder_ / "none").c_str(), 1);
+    Program unknown({BF_PROGRAM, "serve",
+                     write("world.yaml",
+                           middleware::test::diagram(middleware::test::icub + middleware::test::icub_world)),
+                     "--yarp", "icubSim"},
+                    folder_ / "said");
+    EXPECT_EQ(unknown.wait(), 1);
+    expect_contains(read("said"), "no YARP name server is known; start `yarpserver --write`");
+    setenv("YARP_CONFIG_HOME", folder_.c_str(), 1);
     const auto server = name_server();
     ASSERT_TRUE(is_there("/root"));
     expect_contains(refusal(robot),

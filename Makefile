@@ -2,7 +2,7 @@
 BUILD ?= build
 CMAKE_FLAGS ?=
 
-.PHONY: demo test check-all wasm docs mutate fuzz bench peers robots lint python format build aarch64 configure deps lock lock-python clean
+.PHONY: demo test check-all wasm docs mutate fuzz bench peers robots lint python format build aarch64 configure deps lock lock-python lock-ros2 clean
 
 # What a build says while it goes on: how much is done, and since when.
 export NINJA_STATUS = [%p, %es] 
@@ -103,6 +103,12 @@ lock-python: deps
 	python3 -m venv .deps/lock && .deps/lock/bin/pip install -q pip-tools
 	.deps/lock/bin/pip-compile -q --no-header --no-annotate --generate-hashes --strip-extras --allow-unsafe --no-emit-index-url \
 	    --no-emit-trusted-host --no-emit-find-links python/requirements.in -o python/requirements.txt
+
+# The same for ROS 2, whose wheels scripts/deps-ros2 installs.
+lock-ros2:
+	python3 -m venv .deps/lock && .deps/lock/bin/pip install -q pip-tools
+	.deps/lock/bin/pip-compile -q --no-header --no-annotate --generate-hashes --strip-extras --allow-unsafe --no-emit-index-url \
+	    --no-emit-trusted-host --no-emit-find-links requirements-ros2.in -o requirements-ros2.txt
 
 # Pins what requirements.in names, with hashes, in requirements.txt.
 lock: deps

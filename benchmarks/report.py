@@ -51,6 +51,7 @@ ROWS = [
     ("middleware.exchange", "ns", "middleware.exchange/read", "middleware.exchange/memcpy", "< 200 ns"),
     ("middleware.shared_memory", "us", "middleware.shared_memory/round_trip", "middleware.shared_memory/pipes", "< 3 us"),
     ("middleware.yarp_read", "us", "middleware.yarp_read/board", "middleware.yarp_read/bare", "< 60 us"),
+    ("middleware.ros2_latency", "us", "middleware.ros2_latency/streams", "middleware.ros2_latency/bare", "<= 1.2 x bare"),
     ("editor.open_1000", "ms", "editor.open_1000", "editor.open_100", "< 1000 ms"),
     ("editor.open_10000", "ms", "editor.open_10000", "editor.open_1000", "< 5000 ms"),
     ("editor.edit_1000", "ms", "editor.edit_1000", "editor.edit_1000/service", "< 100 ms"),

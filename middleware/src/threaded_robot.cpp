@@ -176,12 +176,13 @@ class Worker : public std::enable_shared_from_this<Worker> {
     }
     void serve_by_the_clock(RobotHost& host, double time) {
         const double begin = now() - time;
+        const auto at = [&] { return driver_.clock ? driver_.clock() : now() - begin; };
         for (double due = now(); goes_on_; due = std::max(due + period_, now() - period_)) {
             const timespec until{static_cast<time_t>(due), static_cast<long>((due - std::floor(due)) * 1e9)};
             while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) == EINTR) continue;
-            host.step(now() - begin);
+            host.step(at());
         }
-        host.step(now() - begin); // takes the last command, which lets the robot go
+        host.step(at()); // takes the last command, which lets the robot go
     }
 
     const std::string name_;

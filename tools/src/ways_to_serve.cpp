@@ -27,6 +27,12 @@ std::string wrong_prefix(const std::string& prefix) {
                : "the robot's name is '" + prefix + "'; write letters, digits, _ and -";
 }
 
+/// As `--ros2` takes it; what ROS 2 allows in the parts it says itself.
+std::string wrong_namespace(const std::string& name) {
+    return name.empty() || name.front() != '/' ? "write a namespace that begins with /, such as / or /icub"
+                                               : "";
+}
+
 std::unique_ptr<ServedRobot> in_shared_memory(const ServeRequest& request) {
     const std::string name = request.option("shm") + (request.is_alone ? "" : "." + request.path);
     return middleware::make_served_robot(name, request, shared_memory::make_end(name));
@@ -71,6 +77,15 @@ const std::vector<WayToServe>& ways_to_serve() {
          .wrong = wrong_prefix,
          .alone = "YARP's clock is that of one; serve them by --shm",
          .plugin = "Yarp",
+         .make = nullptr},
+        {.option =
+             {"--ros2", "NAMESPACE",
+              "serve it in this namespace of ROS 2, as / or /icub: joint_states, imu, wrench and /clock, and "
+              "the commands of ros2_control's controllers"},
+         .more = {},
+         .wrong = wrong_namespace,
+         .alone = "/clock is that of one; serve them by --shm",
+         .plugin = "Ros2",
          .make = nullptr},
     };
     return ways;

@@ -1,0 +1,303 @@
+#include "node.hpp"
+
+#include "messages.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <rcl/error_handling.h>
+#include <rcutils/logging.h>
+#include <stdexcept>
+#include <unistd.h>
+
+namespace bf::ros2 {
+
+namespace {
+
+std::string reason() {
+    std::string text = rcl_error_is_set() ? rcl_get_error_string().str : "";
+    rcl_reset_error();
+    // "..., at /file:line" is for those who work on rcl.
+    if (const auto at = text.rfind(", at "); at != std::string::npos) text.resize(at);
+    return text;
+}
+
+rmw_qos_profile_t profile_of(const Quality& quality) {
+    rmw_qos_profile_t profile = rmw_qos_profile_default;
+    profile.depth = static_cast<std::size_t>(quality.depth);
+    profile.reliability =
+        quality.is_reliable ? RMW_QOS_POLICY_RELIABILITY_RELIABLE : RMW_QOS_POLICY_RELIABILITY_BEST_EFFORT;
+    profile.durability =
+        quality.stays ? RMW_QOS_POLICY_DURABILITY_TRANSIENT_LOCAL : RMW_QOS_POLICY_DURABILITY_VOLATILE;
+    return profile;
+}
+
+bool is_set(const char* variable) {
+    const char* value = std::getenv(variable);
+    return value != nullptr && *value != '\0';
+}
+
+/// Where nothing can be done about it.
+void ignore(rcl_ret_t code) noexcept {
+    if (code != RCL_RET_OK) rcl_reset_error();
+}
+
+} // namespace
+
+void check(rcl_ret_t code, const std::string& what) {
+    if (code == RCL_RET_OK) return;
+    const std::string why = reason();
+    throw std::runtime_error(what +
+                             (why.empty() ? " (rcl's code " + std::to_string(code) + ")" : ": " + why));
+}
+
+Context::Context(const NodeOptions& options) {
+    // What goes wrong is told by those who call.
+    rcutils_logging_set_output_handler([](auto...) {});
+    rcl_init_options_t init = rcl_get_zero_initialized_init_options();
+    check(rcl_init_options_init(&init, rcl_get_default_allocator()), "ROS 2 does not begin");
+    // Others than programs of this computer are found only where the user says so.
+    if (!is_set("ROS_AUTOMATIC_DISCOVERY_RANGE") && !is_set("ROS_LOCALHOST_ONLY")) {
+        rcl_init_options_get_rmw_init_options(&init)->discovery_options.automatic_discovery_range =
+            RMW_AUTOMATIC_DISCOVERY_RANGE_LOCALHOST;
+        // Fast DDS would listen to all networks all the same.
+        if (const char* profile = BF_ROS2_PREFIX "/share/blockfactory/loopback.xml";
+            access(profile, R_OK) == 0)
+            setenv("FASTDDS_DEFAULT_PROFILES_FILE", profile, 0);
+    }
+    std::vector<const char*> arguments{"blockfactory", "--ros-args"};
+    for (const auto& argument : options.arguments) arguments.push_back(argument.c_str());
+    const auto begun = rcl_init(static_cast<int>(arguments.size()), arguments.data(), &init, &context);
+    const std::string why = begun == RCL_RET_OK ? "" : reason();
+    ignore(rcl_init_options_fini(&init));
+    if (begun != RCL_RET_OK) {
+        ignore(rcl_context_fini(&context));
+        throw std::runtime_error("ROS 2 does not begin: " + why);
+    }
+    rcl_node_options_t node_options = rcl_node_get_default_options();
+    const auto made =
+        rcl_node_init(&node, options.name.c_str(), options.name_space.c_str(), &context, &node_options);
+    const std::string why_not = made == RCL_RET_OK ? "" : reason();
+    ignore(rcl_node_options_fini(&node_options));
+    if (made != RCL_RET_OK) {
+        ignore(rcl_shutdown(&context));
+        ignore(rcl_context_fini(&context));
+        throw std::runtime_error("there can be no node '" + options.name + "' in the namespace '" +
+                                 options.name_space + "': " + why_not);
+    }
+    auto allocator = rcl_get_default_allocator();
+    ignore(rcl_clock_init(RCL_ROS_TIME, &clock, &allocator));
+}
+
+Context::~Context() {
+    ignore(rcl_clock_fini(&clock));
+    ignore(rcl_node_fini(&node));
+    ignore(rcl_shutdown(&context));
+    ignore(rcl_context_fini(&context));
+    rcl_reset_error();
+}
+
+double Context::now() noexcept {
+    const std::lock_guard lock(clock_mutex);
+    rcl_time_point_value_t time = 0;
+    ignore(rcl_clock_get_now(&clock, &time));
+    return static_cast<double>(time) / 1e9;
+}
+
+// ---- what is awaited and sent
+
+Subscription::Subscription(std::shared_ptr<Context> context, const MessageMemory& type,
+                           const std::string& topic, const Quality& quality,
+                           std::function<void(const void*)> taken)
+    : context_(std::move(context)), message_(type.make()), taken_(std::move(taken)) {
+    auto options = rcl_subscription_get_default_options();
+    options.qos = profile_of(quality);
+    check(rcl_subscription_init(&handle_, &context_->node, type.support, topic.c_str(), &options),
+          "the topic '" + topic + "' cannot be subscribed to");
+}
+Subscription::~Subscription() { ignore(rcl_subscription_fini(&handle_, &context_->node)); }
+int Subscription::writers() const noexcept {
+    std::size_t count = 0;
+    ignore(rcl_subscription_get_publisher_count(&handle_, &count));
+    return static_cast<int>(count);
+}
+void Subscription::add_to(rcl_wait_set_t& set) {
+    ignore(rcl_wait_set_add_subscription(&set, &handle_, nullptr));
+}
+void Subscription::take() {
+    rmw_message_info_t info = rmw_get_zero_initialized_message_info();
+    while (rcl_take(&handle_, message_.get(), &info, nullptr) == RCL_RET_OK) taken_(message_.get());
+    rcl_reset_error();
+}
+
+Publisher::Publisher(std::shared_ptr<Context> context, const MessageMemory& type, const std::string& topic,
+                     const Quality& quality)
+    : context_(std::move(context)) {
+    auto options = rcl_publisher_get_default_options();
+    options.qos = profile_of(quality);
+    check(rcl_publisher_init(&handle_, &context_->node, type.support, topic.c_str(), &options),
+          "the topic '" + topic + "' cannot be published");
+}
+Publisher::~Publisher() { ignore(rcl_publisher_fini(&handle_, &context_->node)); }
+void Publisher::publish(const void* message) noexcept {
+    if (rcl_publish(&handle_, message, nullptr) != RCL_RET_OK) rcl_reset_error();
+}
+int Publisher::readers() const noexcept {
+    std::size_t count = 0;
+    ignore(rcl_publisher_get_subscription_count(&handle_, &count));
+    return static_cast<int>(count);
+}
+
+Service::Service(std::shared_ptr<Context> context, const rosidl_service_type_support_t* support,
+                 const std::string& name, std::shared_ptr<void> request, std::shared_ptr<void> response,
+                 std::function<void(const void*, void*)> answer)
+    : context_(std::move(context)), request_(std::move(request)), response_(std::move(response)),
+      answer_(std::move(answer)) {
+    const auto options = rcl_service_get_default_options();
+    check(rcl_service_init(&handle_, &context_->node, support, name.c_str(), &options),
+          "the service '" + name + "' cannot be offered");
+}
+Service::~Service() { ignore(rcl_service_fini(&handle_, &context_->node)); }
+void Service::add_to(rcl_wait_set_t& set) { ignore(rcl_wait_set_add_service(&set, &handle_, nullptr)); }
+void Service::take() {
+    rmw_request_id_t caller{};
+    while (rcl_take_request(&handle_, &caller, request_.get()) == RCL_RET_OK) {
+        answer_(request_.get(), response_.get());
+        ignore(rcl_send_response(&handle_, &caller, response_.get()));
+    }
+    rcl_reset_error();
+}
+
+// ---- the node
+
+void Node::open() {
+    if (context_) return;
+    context_ = std::make_shared<Context>(options_);
+    auto guard = rcl_guard_condition_get_default_options();
+    check(rcl_guard_condition_init(&changed_, &context_->context, guard), "ROS 2 does not begin");
+    const auto& args = options_.arguments;
+    if (std::find(args.begin(), args.end(), "use_sim_time:=true") != args.end()) {
+        ignore(rcl_enable_ros_time_override(&context_->clock));
+        auto context = context_;
+        clock_ = subscribe(messages::clock(), "/clock", {1, false}, [context](const void* message) {
+            const auto& time = static_cast<const messages::Clock*>(message)->clock;
+            const std::lock_guard lock(context->clock_mutex);
+            ignore(rcl_set_ros_time_override(&context->clock,
+                                             std::int64_t{time.sec} * 1'000'000'000 + time.nanosec));
+        });
+    }
+    goes_on_ = true;
+    waiting_ = std::thread([this] { wait(); });
+    sending_ = std::thread([this] { send(); });
+}
+
+void Node::close() noexcept {
+    if (!context_) return;
+    goes_on_ = false;
+    bell_.ring();
+    ignore(rcl_trigger_guard_condition(&changed_));
+    if (waiting_.joinable()) waiting_.join();
+    if (sending_.joinable()) sending_.join();
+    clock_.reset();
+    awaited_.clear();
+    senders_.clear();
+    ignore(rcl_guard_condition_fini(&changed_));
+    changed_ = rcl_get_zero_initialized_guard_condition();
+    context_.reset();
+}
+
+template <class T> std::shared_ptr<T> Node::awaited(std::shared_ptr<T> entity) {
+    {
+        const std::lock_guard lock(mutex_);
+        awaited_.push_back(entity);
+        ++changes_;
+    }
+    ignore(rcl_trigger_guard_condition(&changed_));
+    return entity;
+}
+
+std::shared_ptr<Subscription> Node::subscribe(const MessageMemory& type, const std::string& topic,
+                                              const Quality& quality,
+                                              std::function<void(const void*)> taken) {
+    return awaited(std::make_shared<Subscription>(context_, type, topic, quality, std::move(taken)));
+}
+
+std::shared_ptr<Publisher> Node::advertise(const MessageMemory& type, const std::string& topic,
+                                           const Quality& quality) const {
+    return std::make_shared<Publisher>(context_, type, topic, quality);
+}
+
+std::shared_ptr<Service> Node::serve(const rosidl_service_type_support_t* support, const std::string& name,
+                                     std::shared_ptr<void> request, std::shared_ptr<void> response,
+                                     std::function<void(const void*, void*)> answer) {
+    return awaited(std::make_shared<Service>(context_, support, name, std::move(request), std::move(response),
+                                             std::move(answer)));
+}
+
+void Node::add(const std::shared_ptr<Sender>& sender) {
+    const std::lock_guard lock(mutex_);
+    senders_.push_back(sender);
+}
+
+namespace {
+/// Those that somebody else has, too; the others are forgotten.
+template <class T> std::vector<std::shared_ptr<T>> alive(std::vector<std::weak_ptr<T>>& list) {
+    std::vector<std::shared_ptr<T>> result;
+    std::erase_if(list, [](const auto& each) { return each.expired(); });
+    for (const auto& each : list)
+        if (auto its = each.lock()) result.push_back(std::move(its));
+    return result;
+}
+} // namespace
+
+void Node::wait() {
+    std::vector<std::shared_ptr<Awaited>> all;
+    rcl_wait_set_t set = rcl_get_zero_initialized_wait_set();
+    for (std::uint64_t seen = 0; goes_on_;) {
+        const bool has_left =
+            std::any_of(all.begin(), all.end(), [](const auto& each) { return each.use_count() == 1; });
+        if (seen != changes_ || has_left) {
+            all.clear(); // those that nobody else has end here
+            {
+                const std::lock_guard lock(mutex_);
+                seen = changes_;
+                all = alive(awaited_);
+            }
+            // A call that comes behind a message is answered behind it.
+            const auto services = static_cast<std::size_t>(
+                all.end() - std::stable_partition(all.begin(), all.end(),
+                                                  [](const auto& each) { return !each->is_service(); }));
+            ignore(rcl_wait_set_fini(&set));
+            if (rcl_wait_set_init(&set, all.size() - services, 1, 0, 0, services, 0, &context_->context,
+                                  rcl_get_default_allocator()) != RCL_RET_OK)
+                return;
+        }
+        ignore(rcl_wait_set_clear(&set));
+        ignore(rcl_wait_set_add_guard_condition(&set, &changed_, nullptr));
+        for (const auto& each : all) each->add_to(set);
+        if (rcl_wait(&set, 100'000'000) == RCL_RET_OK)
+            for (const auto& each : all) each->take();
+        rcl_reset_error();
+    }
+    ignore(rcl_wait_set_fini(&set));
+}
+
+void Node::send() {
+    // What was left last is sent before the end, too.
+    for (bool is_last = false; !is_last;) {
+        is_last = !goes_on_;
+        std::vector<std::shared_ptr<Sender>> all;
+        {
+            const std::lock_guard lock(mutex_);
+            all = alive(senders_);
+        }
+        const auto has_news = [&] {
+            return std::any_of(all.begin(), all.end(), [](const auto& each) { return each->has_news(); });
+        };
+        if (!is_last) bell_.wait(0.05, [&] { return has_news() || !goes_on_; });
+        for (const auto& each : all)
+            if (each->has_news()) each->send();
+    }
+}
+
+} // namespace bf::ros2

@@ -1,0 +1,163 @@
+// A node of ROS 2 and the two threads that talk for it: one waits for messages and calls, one sends.
+#pragma once
+
+#include "bf/middleware/bell.hpp"
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <rcl/rcl.h>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace bf::ros2 {
+
+/// How a program appears among others.
+struct NodeOptions {
+    std::string name = "blockfactory", name_space = "/";
+    std::vector<std::string> arguments; ///< as behind --ros-args
+};
+
+/// Throws std::runtime_error: what failed, and why as rcl says it.
+void check(rcl_ret_t code, const std::string& what);
+
+/// The guarantees of a topic's messages.
+struct Quality {
+    int depth = 10;
+    bool is_reliable = true;
+    bool stays = false; ///< a message is kept for those who come later (transient local)
+};
+
+/// Context and node. It stays as long as anything that it has made.
+struct Context {
+    explicit Context(const NodeOptions& options);
+    ~Context();
+    Context(const Context&) = delete;
+    Context& operator=(const Context&) = delete;
+    /// s since 1970, by the system or by whoever sends /clock.
+    double now() noexcept;
+
+    rcl_context_t context = rcl_get_zero_initialized_context();
+    rcl_node_t node = rcl_get_zero_initialized_node();
+    rcl_clock_t clock{}; ///< ROS time
+    std::mutex clock_mutex;
+};
+
+/// What the waiting thread waits for.
+class Awaited {
+  public:
+    virtual ~Awaited() = default;
+    virtual void add_to(rcl_wait_set_t& set) = 0;
+    /// Takes what has come, if anything has.
+    virtual void take() = 0;
+    virtual bool is_service() const { return false; }
+};
+
+/// Makes memory for a message of a type, and frees it.
+struct MessageMemory {
+    const rosidl_message_type_support_t* support = nullptr;
+    std::function<std::shared_ptr<void>()> make;
+};
+
+class Subscription final : public Awaited {
+  public:
+    /// `taken` is called in the waiting thread for each message; it owns all that it uses.
+    Subscription(std::shared_ptr<Context> context, const MessageMemory& type, const std::string& topic,
+                 const Quality& quality, std::function<void(const void*)> taken);
+    ~Subscription() override;
+    /// How many send to the topic.
+    int writers() const noexcept;
+    void add_to(rcl_wait_set_t& set) override;
+    void take() override;
+
+  private:
+    std::shared_ptr<Context> context_;
+    rcl_subscription_t handle_ = rcl_get_zero_initialized_subscription();
+    std::shared_ptr<void> message_;
+    std::function<void(const void*)> taken_;
+};
+
+class Publisher {
+  public:
+    Publisher(std::shared_ptr<Context> context, const MessageMemory& type, const std::string& topic,
+              const Quality& quality);
+    ~Publisher();
+    /// From any one thread that is no step.
+    void publish(const void* message) noexcept;
+    int readers() const noexcept;
+
+  private:
+    std::shared_ptr<Context> context_;
+    rcl_publisher_t handle_ = rcl_get_zero_initialized_publisher();
+};
+
+class Service final : public Awaited {
+  public:
+    /// `answer(request, response)` is called in the waiting thread.
+    Service(std::shared_ptr<Context> context, const rosidl_service_type_support_t* support,
+            const std::string& name, std::shared_ptr<void> request, std::shared_ptr<void> response,
+            std::function<void(const void*, void*)> answer);
+    ~Service() override;
+    void add_to(rcl_wait_set_t& set) override;
+    void take() override;
+    bool is_service() const override { return true; }
+
+  private:
+    std::shared_ptr<Context> context_;
+    rcl_service_t handle_ = rcl_get_zero_initialized_service();
+    std::shared_ptr<void> request_, response_;
+    std::function<void(const void*, void*)> answer_;
+};
+
+/// What the sending thread sends, when somebody has left something.
+class Sender {
+  public:
+    virtual ~Sender() = default;
+    virtual bool has_news() const noexcept = 0;
+    virtual void send() = 0;
+};
+
+/// A node in a running diagram. Its threads run from open() to close().
+class Node {
+  public:
+    explicit Node(NodeOptions options) : options_(std::move(options)) {}
+    ~Node() { close(); }
+
+    /// Joins the network; nothing where that is done. Throws std::runtime_error.
+    void open();
+    void close() noexcept;
+    std::shared_ptr<Context> context() const { return context_; }
+
+    std::shared_ptr<Subscription> subscribe(const MessageMemory& type, const std::string& topic,
+                                            const Quality& quality, std::function<void(const void*)> taken);
+    std::shared_ptr<Publisher> advertise(const MessageMemory& type, const std::string& topic,
+                                         const Quality& quality) const;
+    std::shared_ptr<Service> serve(const rosidl_service_type_support_t* support, const std::string& name,
+                                   std::shared_ptr<void> request, std::shared_ptr<void> response,
+                                   std::function<void(const void*, void*)> answer);
+    /// The sending thread looks at it as long as somebody else has it, too.
+    void add(const std::shared_ptr<Sender>& sender);
+    /// Wakes the sending thread; in steps, too.
+    middleware::Bell& bell() noexcept { return bell_; }
+
+  private:
+    template <class T> std::shared_ptr<T> awaited(std::shared_ptr<T> entity);
+    void wait();
+    void send();
+
+    const NodeOptions options_;
+    std::shared_ptr<Context> context_;
+    rcl_guard_condition_t changed_ = rcl_get_zero_initialized_guard_condition();
+    std::shared_ptr<Subscription> clock_;
+    std::mutex mutex_; ///< of the lists
+    std::vector<std::weak_ptr<Awaited>> awaited_;
+    std::atomic<std::uint64_t> changes_{1}; ///< of that list
+    std::vector<std::weak_ptr<Sender>> senders_;
+    std::atomic<bool> goes_on_{false};
+    middleware::Bell bell_{};
+    std::thread waiting_, sending_;
+};
+
+} // namespace bf::ros2

@@ -1,0 +1,112 @@
+// The plugin Ros2.
+#include "bf/middleware/served_robot.hpp"
+#include "blocks.hpp"
+#include "end.hpp"
+#include "robot.hpp"
+
+namespace bf::ros2 {
+
+namespace {
+
+class RobotBlock final : public middleware::RemoteRobot {
+  public:
+    explicit RobotBlock(const Arguments& arguments) : RemoteRobot(arguments) {
+        for (const auto* list : {&*wrenches, &*imus})
+            for (const auto& sensor : *list)
+                if (sensor.find('=') == std::string::npos)
+                    problem("the sensor '" + sensor + "' is not given as name=topic");
+        std::vector<std::string> problems;
+        arguments_ = node_arguments(remap, use_sim_time, problems);
+        for (auto& text : problems) problem(std::move(text));
+    }
+    Argument<std::string> name_space{
+        this,
+        "namespace",
+        {.initial = "/", .doc = "of the robot, in which names are that do not begin with /"}};
+    Argument<std::string> node{this, "node", {.initial = "blockfactory", .doc = "name of our node"}};
+    Argument<std::vector<std::string>> remap{
+        this, "remap", {.doc = "names that stand for others, each as from:=to"}};
+    Argument<bool> use_sim_time{this,
+                                "use_sim_time",
+                                {.initial = false,
+                                 .doc = "the robot's time is that of its states' headers, as of a simulator, "
+                                        "which then drives the loop"}};
+    Argument<std::string> states{
+        this, "states", {.initial = "joint_states", .doc = "topic of sensor_msgs/msg/JointState"}};
+    Argument<std::string> effort{this,
+                                 "effort",
+                                 {.initial = CommandTopics{}.effort,
+                                  .doc = "topic of the mode Torque: std_msgs/msg/Float64MultiArray, as an "
+                                         "effort controller takes it; empty: there is none"}};
+    Argument<std::string> velocity{
+        this, "velocity", {.initial = CommandTopics{}.velocity, .doc = "of the mode Velocity, the same"}};
+    Argument<std::string> position{
+        this,
+        "position",
+        {.initial = CommandTopics{}.position, .doc = "of the mode Position Direct, the same"}};
+    Argument<std::string> trajectory{
+        this,
+        "trajectory",
+        {.initial = CommandTopics{}.trajectory,
+         .doc = "of the mode Position: trajectory_msgs/msg/JointTrajectory; empty: there is none"}};
+    Argument<std::vector<std::string>> wrenches{
+        this,
+        "wrenches",
+        {.doc = "force/torque sensors, each as name=topic of geometry_msgs/msg/WrenchStamped"}};
+    Argument<std::vector<std::string>> imus{
+        this, "imus", {.doc = "inertial sensors, each as name=topic of sensor_msgs/msg/Imu"}};
+    Argument<double> interval{
+        this,
+        "interval",
+        {.initial = 0.001, .above = 0, .maximum = 1, .doc = "between two looks at what came, s"}};
+    Argument<double> silence{
+        this,
+        "silence",
+        {.initial = 0.2, .minimum = 0, .doc = "without a step until the joints are taken back, s; 0: never"}};
+
+  private:
+    std::unique_ptr<middleware::RobotLink> make_link() const override {
+        return middleware::make_threaded_link("ROS 2 robot in the namespace " + *name_space,
+                                              make_driver({{node, name_space, arguments_},
+                                                           joint_names(),
+                                                           states,
+                                                           {effort, velocity, position, trajectory},
+                                                           wrenches,
+                                                           imus,
+                                                           use_sim_time,
+                                                           start_timeout}),
+                                              interval, silence);
+    }
+    std::vector<std::string> arguments_;
+};
+
+} // namespace
+
+} // namespace bf::ros2
+
+extern "C" bf::middleware::ServedRobot* bf_serve_robot_v1(const bf::middleware::ServeRequest& request) {
+    return bf::middleware::make_served_robot(
+               request.path, request,
+               bf::ros2::make_end({.name = "robot", .name_space = request.option("ros2"), .arguments = {}},
+                                  {}, request.host.waits))
+        .release();
+}
+
+extern "C" void bf_plugin_v1(bf::Library& library) {
+    library.group("robot").add<bf::ros2::RobotBlock>(
+        "Robot",
+        "A robot behind joint states and the topics of ros2_control's controllers, in place of a world: the "
+        "robot that GetMeasurement, GetSensor and SetReferences in its subsystem and below use. Positions, "
+        "velocities and efforts are those of the joints that the messages name, in any order, of one program "
+        "or "
+        "several; the age is that of the oldest. Command messages have the joints in the order of "
+        "`joints`, which the controllers are to have, too. A thread of its own reads, and sends what was "
+        "commanded; "
+        "when the run ends, or has not stepped for `silence` s, it sends zero efforts and velocities, and "
+        "positions "
+        "stay. Limits are not known. "
+        "Errors: no states, or not of all joints, within start_timeout; in a step: the mode is refused where "
+        "nobody listens to its topic; those of SharedMemory/Robot.");
+    bf::ros2::add_network(library);
+    bf::ros2::add_topics(library);
+}

@@ -1,0 +1,361 @@
+#include "robot.hpp"
+
+#include "bf/base/names.hpp"
+#include "bf/core/interrupt.hpp"
+#include "bf/core/value.hpp"
+#include "bf/middleware/clock.hpp"
+#include "messages.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <map>
+#include <optional>
+#include <stdexcept>
+
+namespace bf::ros2 {
+
+using Eigen::VectorXd;
+using middleware::ControlMode;
+using middleware::Limits;
+using middleware::Loop;
+using middleware::Measurement;
+using middleware::Sensor;
+
+Eigen::Vector4d quaternion_of(const Eigen::Vector3d& rpy) {
+    const Eigen::Quaterniond q = Eigen::AngleAxisd(rpy.z(), Eigen::Vector3d::UnitZ()) *
+                                 Eigen::AngleAxisd(rpy.y(), Eigen::Vector3d::UnitY()) *
+                                 Eigen::AngleAxisd(rpy.x(), Eigen::Vector3d::UnitX());
+    return q.coeffs();
+}
+
+Eigen::Vector3d roll_pitch_yaw_of(const Eigen::Vector4d& q) {
+    const Eigen::Matrix3d R = Eigen::Quaterniond(q).normalized().toRotationMatrix();
+    return {std::atan2(R(2, 1), R(2, 2)), std::asin(std::clamp(-R(2, 0), -1.0, 1.0)),
+            std::atan2(R(1, 0), R(0, 0))};
+}
+
+namespace {
+
+constexpr double longest_silence = 0.1; ///< s; older states are none
+constexpr double slowest = 0.05;        ///< s; shortest way of a trajectory
+constexpr double usual_speed = 0.5;     ///< rad/s of trajectories without a limit
+
+/// A sensor's newest message.
+struct SensorTopic {
+    explicit SensorTopic(const std::string& text) {
+        const auto equals = text.find('=');
+        name = text.substr(0, equals);
+        topic = text.substr(equals + 1);
+    }
+    std::string name, topic;
+    VectorXd values;
+    std::shared_ptr<Subscription> subscription;
+};
+
+void put(Eigen::Ref<VectorXd> to, const geometry_msgs__msg__Vector3& v) { to << v.x, v.y, v.z; }
+
+class Robot final : public toolbox::RobotConnection {
+  public:
+    explicit Robot(const RobotOptions& options)
+        : options_(options), n_(static_cast<Eigen::Index>(options.joints.size())), node_(options.node) {
+        for (const auto& text : options.wrenches) wrenches_.emplace_back(text);
+        for (const auto& text : options.imus) imus_.emplace_back(text);
+        for (std::size_t i = 0; i < options.joints.size(); ++i)
+            ours_[options.joints[i]] = static_cast<Eigen::Index>(i);
+    }
+    ~Robot() override { stop(); }
+
+    void start() override {
+        stop();
+        const double end = middleware::now() + 0.9 * options_.start_timeout; // so that it says why itself
+        node_.open();
+        for (auto* values : {&position_, &velocity_, &effort_}) values->setZero(n_);
+        came_.setConstant(n_, -std::numeric_limits<double>::infinity());
+        has_velocity_ = has_effort_ = false;
+        names_.clear();
+        // Best effort hears all writers, and only the newest counts.
+        const Quality newest{1, false};
+        states_ =
+            node_.subscribe(messages::joint_state(), options_.states, newest, [this](const void* message) {
+                take(*static_cast<const messages::JointState*>(message));
+            });
+        for (auto& sensor : wrenches_) {
+            sensor.values.setZero(middleware::wrench_size);
+            sensor.subscription = node_.subscribe(
+                messages::wrench(), sensor.topic, newest, [this, &sensor](const void* message) {
+                    const auto& its = static_cast<const messages::Wrench*>(message)->wrench;
+                    const std::lock_guard lock(mutex_);
+                    put(sensor.values.head<3>(), its.force);
+                    put(sensor.values.tail<3>(), its.torque);
+                });
+        }
+        for (auto& sensor : imus_) {
+            sensor.values.setZero(middleware::imu_size);
+            sensor.subscription =
+                node_.subscribe(messages::imu(), sensor.topic, newest, [this, &sensor](const void* message) {
+                    const auto& its = *static_cast<const messages::Imu*>(message);
+                    const auto& q = its.orientation;
+                    const std::lock_guard lock(mutex_);
+                    sensor.values.head<3>() = roll_pitch_yaw_of({q.x, q.y, q.z, q.w});
+                    put(sensor.values.segment<3>(3), its.linear_acceleration);
+                    put(sensor.values.segment<3>(6), its.angular_velocity);
+                });
+        }
+        for (const auto& [mode, topic, type] :
+             {std::tuple(ControlMode::torque, &options_.commands.effort, &messages::numbers()),
+              std::tuple(ControlMode::velocity, &options_.commands.velocity, &messages::numbers()),
+              std::tuple(ControlMode::position_direct, &options_.commands.position, &messages::numbers()),
+              std::tuple(ControlMode::position, &options_.commands.trajectory, &messages::trajectory())})
+            if (!topic->empty()) publishers_[mode] = {node_.advertise(*type, *topic, {1, true}), *topic};
+        wait_for_all(end);
+        // Who listens is known a little later than what was said.
+        const auto are_heard = [&] {
+            return std::all_of(publishers_.begin(), publishers_.end(),
+                               [](const auto& each) { return each.second.end->readers() > 0; });
+        };
+        for (const double until = middleware::now() + 0.3; !are_heard() && middleware::now() < until;)
+            std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    void stop() noexcept override {
+        if (!node_.context()) return;
+        leave();
+        node_.close(); // whose threads write what is cleared now
+        publishers_.clear();
+        states_.reset();
+        for (auto* sensors : {&wrenches_, &imus_})
+            for (auto& sensor : *sensors) sensor.subscription.reset();
+    }
+
+    double age() const noexcept override {
+        const std::lock_guard lock(mutex_);
+        return middleware::now() - came_.minCoeff();
+    }
+    double time() const {
+        const std::lock_guard lock(mutex_);
+        return stamp_;
+    }
+
+    bool read(Measurement what, Eigen::Ref<VectorXd> values) noexcept override {
+        if (age() > longest_silence) return told(false, "no state of all joints on", options_.states);
+        const std::lock_guard lock(mutex_);
+        switch (what) {
+        case Measurement::joint_position: values = position_; return true;
+        case Measurement::joint_velocity:
+            values = velocity_;
+            return told(has_velocity_, "no velocities on", options_.states);
+        case Measurement::joint_torque:
+            values = effort_;
+            return told(has_effort_, "no efforts on", options_.states);
+        default: return told(false, "no such measurement on", options_.states);
+        }
+    }
+    bool read(Sensor kind, const std::string& name, Eigen::Ref<VectorXd> values) noexcept override {
+        const std::lock_guard lock(mutex_);
+        for (const auto& sensor : kind == Sensor::imu ? imus_ : wrenches_) {
+            if (sensor.name != name) continue;
+            values = sensor.values;
+            return true;
+        }
+        return told(false, "no sensor", name);
+    }
+    bool read(Limits, Eigen::Ref<VectorXd> minimum, Eigen::Ref<VectorXd> maximum) noexcept override {
+        maximum.setConstant(std::numeric_limits<double>::infinity());
+        minimum = -maximum;
+        return true;
+    }
+    std::vector<std::string> sensors(Sensor kind) const override {
+        std::vector<std::string> names;
+        for (const auto& sensor : kind == Sensor::imu ? imus_ : wrenches_) names.push_back(sensor.name);
+        return names;
+    }
+    bool set_mode(ControlMode mode) noexcept override {
+        if (mode != mode_) leave();
+        mode_ = mode;
+        const auto found = publishers_.find(mode);
+        // Without trajectories the joints stay as the robot holds them.
+        if (found == publishers_.end())
+            return told(mode == ControlMode::position, "no topic for that mode", "");
+        return mode == ControlMode::position || found->second.end->readers() > 0 ||
+               told(false, "nobody listens to", found->second.topic);
+    }
+    bool set_trajectory_limit(ControlMode mode, double limit) noexcept override {
+        if (mode == ControlMode::position && limit > 0) speed_ = limit;
+        return true;
+    }
+    bool write(ControlMode mode, const Eigen::Ref<const VectorXd>& references) noexcept override {
+        const auto found = publishers_.find(mode);
+        if (found == publishers_.end()) return told(false, "no topic for that mode", "");
+        if (mode == ControlMode::position) {
+            if (target_.size() == n_ && references == target_) return true; // it is on its way
+            target_ = references;
+            go_to(*found->second.end);
+            return true;
+        }
+        target_.resize(0);
+        send(*found->second.end, references);
+        return true;
+    }
+    const ErrorText& error() const noexcept override { return error_; }
+    bool has(Measurement what) const {
+        const std::lock_guard lock(mutex_);
+        return what == Measurement::joint_position ||
+               (what == Measurement::joint_velocity && has_velocity_) ||
+               (what == Measurement::joint_torque && has_effort_);
+    }
+    bool has(ControlMode mode) const { return mode == ControlMode::position || publishers_.contains(mode); }
+
+  private:
+    struct Output {
+        std::shared_ptr<Publisher> end;
+        std::string topic;
+    };
+
+    /// In the node's thread. Several programs may tell of some of the joints each.
+    void take(const messages::JointState& state) {
+        const std::lock_guard lock(mutex_);
+        const auto& names = state.name;
+        const auto is_same = [&] {
+            if (names.size != names_.size()) return false;
+            for (std::size_t i = 0; i < names.size; ++i)
+                if (names_[i] != names.data[i].data) return false;
+            return true;
+        };
+        if (!is_same()) {
+            names_.clear();
+            places_.clear();
+            for (std::size_t i = 0; i < names.size; ++i) {
+                names_.emplace_back(names.data[i].data, names.data[i].size);
+                const auto found = ours_.find(names_.back());
+                places_.push_back(found == ours_.end() ? -1 : found->second);
+            }
+        }
+        if (state.position.size != names.size) return; // it tells nothing of where they are
+        const bool has_velocity = state.velocity.size == names.size,
+                   has_effort = state.effort.size == names.size;
+        const double now = middleware::now();
+        for (std::size_t i = 0; i < names.size; ++i) {
+            const Eigen::Index at = places_[i];
+            if (at < 0) continue;
+            position_[at] = state.position.data[i];
+            if (has_velocity) velocity_[at] = state.velocity.data[i];
+            if (has_effort) effort_[at] = state.effort.data[i];
+            came_[at] = now;
+        }
+        has_velocity_ |= has_velocity;
+        has_effort_ |= has_effort;
+        stamp_ = messages::seconds(state.header.stamp);
+    }
+    void wait_for_all(double end) {
+        std::vector<std::string> missing;
+        for (;;) {
+            missing.clear();
+            {
+                const std::lock_guard lock(mutex_);
+                for (Eigen::Index i = 0; i < n_; ++i)
+                    if (came_[i] < 0) missing.push_back(options_.joints[static_cast<std::size_t>(i)]);
+            }
+            if (missing.empty()) return;
+            if (is_interrupted()) throw std::runtime_error(interrupted);
+            if (middleware::now() > end) break;
+            std::this_thread::sleep_for(std::chrono::milliseconds(2));
+        }
+        const std::lock_guard lock(mutex_);
+        const std::string within = " within " + Value(0.9 * options_.start_timeout).describe() + " s";
+        if (names_.empty())
+            throw std::runtime_error("no message came on the topic '" + options_.states + "'" + within +
+                                     "; start the robot, or correct namespace and states");
+        throw std::runtime_error("the topic '" + options_.states + "' tells nothing of " +
+                                 name_list(missing) + within + "; it has " + name_list(names_));
+    }
+    /// Joints that were driven by efforts or velocities are let go.
+    void leave() noexcept {
+        if (mode_ != ControlMode::torque && mode_ != ControlMode::velocity) return;
+        if (const auto found = publishers_.find(*mode_); found != publishers_.end())
+            send(*found->second.end, VectorXd::Zero(n_));
+        mode_.reset();
+    }
+    void send(Publisher& to, const Eigen::Ref<const VectorXd>& values) noexcept {
+        messages::resize(numbers_->data, static_cast<std::size_t>(n_));
+        std::copy(values.begin(), values.end(), numbers_->data.data);
+        to.publish(numbers_.get());
+    }
+    /// A straight way to the target, all joints at once, none faster than the limit.
+    void go_to(Publisher& to) noexcept {
+        auto& path = *trajectory_;
+        if (path.points.size != 1) {
+            messages::assign(path.joint_names, options_.joints);
+            trajectory_msgs__msg__JointTrajectoryPoint__Sequence__init(&path.points, 1);
+        }
+        auto& point = path.points.data[0];
+        messages::resize(point.positions, static_cast<std::size_t>(n_));
+        std::copy(target_.begin(), target_.end(), point.positions.data);
+        double farthest = 0;
+        {
+            const std::lock_guard lock(mutex_);
+            farthest = (target_ - position_).cwiseAbs().maxCoeff();
+        }
+        const auto duration = messages::time_of(std::max(slowest, farthest / speed_));
+        point.time_from_start.sec = duration.sec;
+        point.time_from_start.nanosec = duration.nanosec;
+        to.publish(&path);
+    }
+    bool told(bool is_good, const char* what, const std::string& which) noexcept {
+        if (!is_good) std::snprintf(error_, sizeof error_, "ROS 2 robot: %s '%s'", what, which.c_str());
+        return is_good;
+    }
+
+    const RobotOptions options_;
+    const Eigen::Index n_;
+    Node node_;
+    std::map<std::string, Eigen::Index> ours_;
+    std::map<ControlMode, Output> publishers_;
+    std::shared_ptr<Subscription> states_;
+    std::vector<SensorTopic> wrenches_, imus_;
+    mutable std::mutex mutex_; ///< of what has come
+    std::vector<std::string> names_;
+    std::vector<Eigen::Index> places_; ///< our number of each name; -1: none of ours
+    VectorXd position_, velocity_, effort_, came_;
+    bool has_velocity_ = false, has_effort_ = false;
+    double stamp_ = 0;
+    std::optional<ControlMode> mode_;
+    VectorXd target_;
+    double speed_ = usual_speed;
+    std::shared_ptr<messages::Numbers> numbers_ = messages::make<messages::Numbers>(messages::numbers());
+    std::shared_ptr<messages::Trajectory> trajectory_ =
+        messages::make<messages::Trajectory>(messages::trajectory());
+    ErrorText error_ = "";
+};
+
+/// Asked when the robot has started.
+class Device final : public toolbox::RobotDevice {
+  public:
+    Device(const RobotOptions& options, Robot& robot) : joints_(options.joints), robot_(robot) {}
+    const std::vector<std::string>& joint_names() const override { return joints_; }
+    void check_mode(ControlMode mode) const override {
+        if (!robot_.has(mode)) throw std::runtime_error("there is no topic for that mode");
+    }
+    void check_measurement(Measurement what) const override {
+        if (!robot_.has(what)) throw std::runtime_error("joint states do not tell it");
+    }
+    std::shared_ptr<Live> open() const override { return nullptr; } // its driver opens it
+
+  private:
+    const std::vector<std::string> joints_;
+    Robot& robot_;
+};
+
+} // namespace
+
+middleware::WaitingDriver make_driver(const RobotOptions& options) {
+    auto robot = std::make_unique<Robot>(options);
+    auto device = std::make_unique<Device>(options, *robot);
+    middleware::WaitingDriver driver{std::move(device), std::move(robot)};
+    if (options.use_sim_time)
+        driver.clock = [its = static_cast<const Robot*>(driver.robot.get())] { return its->time(); };
+    return driver;
+}
+
+} // namespace bf::ros2

@@ -1,0 +1,82 @@
+// Programs of ROS 2 that are not ours, and the network that the tests have for themselves.
+#pragma once
+
+#include "own_network.hpp"
+
+#include <cstdlib>
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <poll.h>
+#include <signal.h>
+#include <string>
+#include <sys/wait.h>
+#include <unistd.h>
+#include <vector>
+
+namespace bf::ros2::test {
+
+/// What tests of ROS 2 derive from.
+class Alone : public ::testing::Test {
+  protected:
+    void SetUp() override {
+        static const bool is_alone = middleware::test::enter_network_of_our_own();
+        if (!is_alone) GTEST_SKIP() << "this system gives a program no network of its own";
+    }
+};
+
+/// test/peer.py, which is ended by force. Its verbs are said there.
+class Peer {
+  public:
+    explicit Peer(std::vector<std::string> words) {
+        words.insert(words.begin(),
+                     {BF_ROS2_PREFIX "/bin/python", BF_SOURCE_DIRECTORY "/middleware/ros2/test/peer.py"});
+        int ends[2];
+        if (pipe2(ends, O_CLOEXEC) != 0) return;
+        process_ = fork();
+        if (process_ == 0) {
+            dup2(ends[1], STDOUT_FILENO);
+            setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST", 1);
+            std::vector<char*> arguments;
+            for (auto& word : words) arguments.push_back(word.data());
+            arguments.push_back(nullptr);
+            execv(arguments.front(), arguments.data());
+            _exit(127);
+        }
+        close(ends[1]);
+        out_ = ends[0];
+    }
+    ~Peer() {
+        end();
+        close(out_);
+    }
+    static bool is_there() { return access(BF_ROS2_PREFIX "/lib/python3.11/site-packages/rclpy", R_OK) == 0; }
+    void end() {
+        if (process_ <= 0) return;
+        kill(process_, SIGKILL);
+        waitpid(process_, nullptr, 0);
+        process_ = 0;
+    }
+    /// What it prints next; empty when it has ended, or says nothing for half a minute.
+    std::string line() {
+        for (;;) {
+            if (const auto newline = text_.find('\n'); newline != std::string::npos) {
+                const std::string first = text_.substr(0, newline);
+                text_.erase(0, newline + 1);
+                return first;
+            }
+            pollfd waits{out_, POLLIN, 0};
+            char bytes[4096];
+            if (poll(&waits, 1, 30'000) != 1) return "";
+            const auto count = read(out_, bytes, sizeof bytes);
+            if (count <= 0) return "";
+            text_.append(bytes, static_cast<std::size_t>(count));
+        }
+    }
+
+  private:
+    pid_t process_ = 0;
+    int out_ = -1;
+    std::string text_;
+};
+
+} // namespace bf::ros2::test

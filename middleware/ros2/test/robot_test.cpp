@@ -1,0 +1,256 @@
+// Robots behind topics: ours that rclpy drives, and theirs that diagrams drive.
+#include "end.hpp"
+#include "path.hpp"
+#include "peer.hpp"
+#include "served.hpp"
+
+#include <cmath>
+
+namespace bf::ros2::test {
+namespace {
+
+using middleware::HostOptions;
+using middleware::test::diagram;
+using middleware::test::icub;
+using middleware::test::icub_world;
+using middleware::test::Served;
+using toolbox::test::expect_contains;
+using toolbox::test::refusal;
+using toolbox::test::Running;
+
+std::unique_ptr<middleware::RobotEnd> end_in(const std::string& name_space, bool waits) {
+    return make_end({.name = "robot", .name_space = name_space, .arguments = {}}, {}, waits);
+}
+/// A served robot whose time goes by the clock.
+struct InRealTime : Served {
+    explicit InRealTime(const std::string& name_space)
+        : Served(end_in(name_space, false),
+                 diagram(icub + icub_world + "  sync: {block: WholeBodyToolbox/RealTimeSynchronizer}\n"),
+                 {.waits = false}) {
+        run();
+    }
+};
+std::string remote(const std::string& blocks, const std::string& connections = "",
+                   const std::string& settings = "") {
+    std::string text =
+        diagram(icub + "  world: {block: Ros2/Robot, period: 0.001, namespace: /icub, start_timeout: 30" +
+                    settings + "}\n" + blocks,
+                connections, "Ros2");
+    return text;
+}
+std::vector<double> numbers_of(const std::string& line) {
+    std::istringstream words(line);
+    std::vector<double> all;
+    for (double each; words >> each;) all.push_back(each);
+    return all;
+}
+
+} // namespace
+
+using Ros2Robot = Alone;
+using Ros2Served = Alone;
+
+TEST_F(Ros2Robot, IsDrivenByEffortsVelocitiesAndPositions) {
+    for (const auto& [mode, reference, is_there] :
+         std::vector<std::tuple<std::string, Eigen::Vector3d, std::function<bool(const Running&)>>>{
+             {"Position Direct",
+              {0.1, -0.5, 0.05},
+              [](const Running& run) {
+                  return (run.get("world.s") - Matrix(Eigen::Vector3d(0.1, -0.5, 0.05))).norm() < 0.02;
+              }},
+             {"Position",
+              {0.1, -0.3, 0.05},
+              [](const Running& run) {
+                  return (run.get("world.s") - Matrix(Eigen::Vector3d(0.1, -0.3, 0.05))).norm() < 0.02;
+              }},
+             {"Velocity", {0, -0.2, 0}, [](const Running& run) { return run.get("world.s")(1) < -0.1; }},
+             {"Torque", {0, -3, 0}, [](const Running& run) { return run.get("world.s")(1) < -0.1; }}}) {
+        InRealTime served("/icub");
+        Running run(remote("  c: {block: Constant, value: [" + std::to_string(reference[0]) + " " +
+                               std::to_string(reference[1]) + " " + std::to_string(reference[2]) +
+                               "]}\n  drive: {block: WholeBodyToolbox/SetReferences, control_type: " + mode +
+                               "}\n",
+                           "  c: drive\n"));
+        bool is_done = false;
+        for (int k = 0; k < 20'000 && !is_done; ++k) {
+            ASSERT_TRUE(run.step()) << mode << ": " << run.simulation.failure();
+            is_done = is_there(run);
+        }
+        EXPECT_TRUE(is_done) << mode << " " << run.get("world.s").transpose();
+        EXPECT_LT(run.scalar("world.age"), 1);
+        run.simulation.stop();
+    }
+}
+
+/// The oracle is the world itself, which stands still.
+TEST_F(Ros2Robot, MeasuresWhatItsTopicsSay) {
+    Served served(end_in("/icub", true), diagram(icub + icub_world));
+    served.run();
+    const std::string imu = served.robot->sensors(middleware::Sensor::imu).at(0);
+    Running run(
+        remote("  w: {block: WholeBodyToolbox/GetSensor, sensor: foot}\n"
+               "  i: {block: WholeBodyToolbox/GetSensor, kind: imu, sensor: base}\n",
+               "", ", wrenches: \"{'foot=l_foot_ft_sensor/wrench'}\", imus: \"{'base=" + imu + "/imu'}\""));
+    bool is_there = false;
+    for (int k = 0; k < 5000 && !is_there; ++k) {
+        ASSERT_TRUE(run.step()) << run.simulation.failure();
+        is_there = run.get("w.y").norm() > 0 && run.get("i.y").norm() > 0;
+    }
+    ASSERT_TRUE(is_there);
+    Eigen::VectorXd wrench(6), base(12);
+    ASSERT_TRUE(served.robot->read(middleware::Sensor::wrench, "l_foot_ft_sensor", wrench));
+    ASSERT_TRUE(served.robot->read(middleware::Sensor::imu, imu, base));
+    EXPECT_GT(wrench.head<3>().norm(), 1) << "the foot's weight";
+    EXPECT_LT((run.get("w.y") - Matrix(wrench)).norm(), 1e-12);
+    EXPECT_LT((run.get("i.y") - Matrix(base)).norm(), 1e-9) << "angles go through a quaternion";
+}
+
+TEST_F(Ros2Robot, SaysWhatIsMissing) {
+    const auto wrong = [](const std::string& settings) {
+        std::string text = remote("", "", settings);
+        return refusal(text.replace(text.find("start_timeout: 30"), 17, "start_timeout: 2"));
+    };
+    expect_contains(wrong(""),
+                    "world: ROS 2 robot in the namespace /icub: no message came on the topic 'joint_states' "
+                    "within 1.8 s; start the robot, or correct namespace and states");
+    expect_contains(wrong(", imus: \"{'base'}\""), "the sensor 'base' is not given as name=topic");
+    InRealTime served("/icub");
+    expect_contains(
+        wrong(", joints: \"{'l_knee', 'r_knee'}\""),
+        "the topic 'joint_states' tells nothing of r_knee within 1.8 s; it has l_hip_pitch, l_knee, "
+        "l_ankle_roll");
+    Running deaf(
+        remote("  c: {block: Constant, value: [0 0 0]}\n  drive: {block: WholeBodyToolbox/SetReferences, "
+               "control_type: Torque}\n",
+               "  c: drive\n", ", effort: nobody/commands"));
+    for (int k = 0; k < 5000 && deaf.step(); ++k) continue;
+    expect_contains(deaf.simulation.failure(),
+                    "ROS 2 robot in the namespace /icub: it refuses the mode Torque");
+}
+
+TEST_F(Ros2Served, IsSteppedByEachCommandOfAProgramThatIsNotOurs) {
+    if (!Peer::is_there()) GTEST_SKIP() << "there is no rclpy";
+    std::vector<std::string> runs;
+    for (int k = 0; k < 2; ++k) {
+        Served served(end_in("/icub", true), diagram(icub + icub_world));
+        served.run();
+        Peer peer({"effort", "/icub", "20", "1", "200"});
+        ASSERT_EQ(peer.line(), "ready");
+        std::string all, line;
+        for (int i = 0; i < 200; ++i) {
+            line = peer.line();
+            const auto numbers = numbers_of(line);
+            ASSERT_EQ(numbers.size(), 4U) << line;
+            EXPECT_NEAR(numbers[0], 1e-3 * i, 1e-9) << "every step is seen once";
+            all += line + "\n";
+        }
+        runs.push_back(all);
+    }
+    EXPECT_EQ(runs[0], runs[1]) << "every run is the same, to the last digit";
+}
+
+TEST_F(Ros2Served, FollowsATrajectoryToItsEndAndStaysThere) {
+    if (!Peer::is_there()) GTEST_SKIP() << "there is no rclpy";
+    InRealTime served("/icub");
+    Peer peer({"path", "/icub", "l_knee", "-0.4"});
+    EXPECT_NEAR(std::stod(peer.line()), -0.4, 0.03);
+    usleep(500'000);
+    EXPECT_EQ(served.events(), "came") << "who sent it is gone, and its joints stay";
+}
+
+TEST_F(Ros2Served, IsSteppedByItsService) {
+    if (!Peer::is_there()) GTEST_SKIP() << "there is no rclpy";
+    Served served(end_in("/icub", true), diagram(icub + icub_world));
+    served.run();
+    Peer one({"call", "/icub/robot/step", "std_srvs/srv/Trigger"});
+    expect_contains(one.line(), "success=True");
+    Peer two({"call", "/icub/robot/step", "std_srvs/srv/Trigger"});
+    expect_contains(two.line(), "success=True");
+    usleep(100'000);
+    EXPECT_NEAR(served.time(), 0.002, 1e-9);
+    Peer on({"call", "/icub/robot/pause", "std_srvs/srv/SetBool", "r.data=False"});
+    expect_contains(on.line(), "success=True");
+    Peer off({"call", "/icub/robot/pause", "std_srvs/srv/SetBool", "r.data=True"});
+    expect_contains(off.line(), "success=True");
+    usleep(100'000);
+    const double time = served.time();
+    EXPECT_GT(time, 0.1) << "it ran while it was not paused";
+    usleep(100'000);
+    EXPECT_EQ(served.time(), time);
+}
+
+// ---- trajectories, whose oracles are polynomials in closed form
+
+namespace {
+
+std::shared_ptr<messages::Trajectory> trajectory(
+    const std::vector<std::string>& names, const std::vector<std::tuple<double, double, double>>& points,
+    bool has_velocities) {
+    auto message = messages::make<messages::Trajectory>(messages::trajectory());
+    messages::assign(message->joint_names, names);
+    trajectory_msgs__msg__JointTrajectoryPoint__Sequence__init(&message->points, points.size());
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        auto& point = message->points.data[i];
+        const auto& [time, position, velocity] = points[i];
+        const auto its = messages::time_of(time);
+        point.time_from_start.sec = its.sec;
+        point.time_from_start.nanosec = its.nanosec;
+        messages::resize(point.positions, names.size());
+        for (std::size_t k = 0; k < names.size(); ++k) point.positions.data[k] = position;
+        if (!has_velocities) continue;
+        messages::resize(point.velocities, names.size());
+        for (std::size_t k = 0; k < names.size(); ++k) point.velocities.data[k] = velocity;
+    }
+    return message;
+}
+
+} // namespace
+
+TEST(Ros2Path, IsTheCubicOfItsEndsAndLinesWithoutVelocities) {
+    const std::vector<std::string> joints{"a", "b"};
+    Eigen::VectorXd positions(2);
+    Path cubic(*trajectory({"b"}, {{2, 1, 0}, {3, 0.5, -1}}, true), joints);
+    cubic.begin(10, Eigen::Vector2d(7, 0));
+    for (double t = 0; t < 2; t += 0.25) {
+        EXPECT_TRUE(cubic.at(10 + t, positions));
+        EXPECT_NEAR(positions[1], 3 * t * t / 4 - 2 * t * t * t / 8, 1e-12) << "3 s^2 - 2 s^3";
+        EXPECT_EQ(positions[0], 7) << "it is not named";
+    }
+    EXPECT_TRUE(cubic.at(12.5, positions));
+    EXPECT_NEAR(positions[1], 0.75 + 0.125, 1e-12) << "(1 + 0.5) / 2 + (0 - -1) / 8";
+    EXPECT_FALSE(cubic.at(13, positions));
+    EXPECT_EQ(positions[1], 0.5);
+    Path lines(*trajectory({"a", "b"}, {{1, 2, 0}}, false), joints);
+    lines.begin(0, Eigen::Vector2d(0, 1));
+    EXPECT_TRUE(lines.at(0.25, positions));
+    EXPECT_NEAR(positions[0], 0.5, 1e-12);
+    EXPECT_NEAR(positions[1], 1.25, 1e-12);
+}
+
+TEST(Ros2Path, RefusesWhatIsNone) {
+    const auto why = [](const std::shared_ptr<messages::Trajectory>& message) -> std::string {
+        try {
+            const Path path(*message, {"a", "b"});
+        } catch (const std::runtime_error& error) {
+            return error.what();
+        }
+        return "";
+    };
+    expect_contains(why(trajectory({"c"}, {{1, 0, 0}}, false)),
+                    "a trajectory names 'c', but the joints are a, b");
+    expect_contains(why(trajectory({"a"}, {}, false)), "a trajectory has no joints or no points");
+    expect_contains(why(trajectory({"a"}, {{1, 0, 0}, {1, 0, 0}}, false)),
+                    "times of a trajectory's points do not grow");
+    expect_contains(why(trajectory({"a"}, {{1, std::nan(""), 0}}, false)),
+                    "point 1 of a trajectory has positions of size 1, or not finite; its joints are 1");
+}
+
+TEST(Ros2Imu, HasTheOrientationOfItsAngles) {
+    const Eigen::Vector3d rpy(0.3, -0.8, 2.5);
+    EXPECT_LT((roll_pitch_yaw_of(quaternion_of(rpy)) - rpy).norm(), 1e-12);
+    // A quarter turn about z: x becomes y.
+    const Eigen::Vector4d q = quaternion_of({0, 0, M_PI / 2});
+    EXPECT_LT((q - Eigen::Vector4d(0, 0, std::sqrt(0.5), std::sqrt(0.5))).norm(), 1e-12);
+}
+
+} // namespace bf::ros2::test

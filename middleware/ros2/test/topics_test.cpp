@@ -1,0 +1,235 @@
+// Messages of any type, to and from programs of ROS 2 that are not ours.
+#include "heap.hpp"
+#include "peer.hpp"
+#include "running.hpp"
+
+#include <functional>
+#include <thread>
+
+namespace bf::ros2::test {
+namespace {
+
+using toolbox::test::expect_contains;
+using toolbox::test::refusal;
+using toolbox::test::Running;
+
+std::string model(const std::string& blocks, const std::string& connections = "",
+                  const std::string& inputs = "", const std::string& node = "") {
+    return "model: m\nplugins: [Ros2, WholeBodyToolbox]\nstep: 0.01\n" +
+           (inputs.empty() ? "" : "inputs: {" + inputs + "}\n") + "blocks:\n  node: {block: Ros2/Node" +
+           node + "}\n" + blocks + (connections.empty() ? "" : "connections: {" + connections + "}\n");
+}
+std::string publish(const std::string& settings) { return "  p: {block: Ros2/Publish" + settings + "}\n"; }
+std::string subscribe(const std::string& settings) {
+    return "  s: {block: Ros2/Subscribe" + settings + "}\n";
+}
+
+/// Steps until it is so; false: it never was.
+bool steps_until(Running& run, const std::function<bool()>& is_so) {
+    for (int k = 0; k < 5000; ++k, usleep(1000)) {
+        if (!run.step()) return false;
+        if (is_so()) return true;
+    }
+    return false;
+}
+
+} // namespace
+
+using Ros2Topics = Alone;
+using Ros2Streams = Alone;
+
+TEST_F(Ros2Topics, AreHeardByRclpy) {
+    if (!Peer::is_there()) GTEST_SKIP() << "there is no rclpy";
+    Running run(model(publish(", topic: states, type: sensor_msgs/msg/JointState, fields: \"{'position', "
+                              "'velocity'}\", texts: \"{'name=hip,knee'}\", frame_id: base, stamp: model"),
+                      "u: p.position, v: p.velocity", "u: {shape: 2}, v: {shape: 1}",
+                      ", name: us, namespace: /robot, remap: \"{'states:=joint_states'}\""));
+    run.set("u", Eigen::Vector2d(0.5, -0.25)).set("v", 3);
+    Peer peer({"echo", "sensor_msgs/msg/JointState", "/robot/joint_states", "1"});
+    ASSERT_EQ(peer.line(), "ready");
+    std::string heard;
+    std::thread listens([&] { heard = peer.line(); });
+    EXPECT_TRUE(steps_until(run, [&] { return !heard.empty(); })) << run.simulation.failure();
+    listens.join();
+    expect_contains(
+        heard, "frame_id='base'), name=['hip', 'knee'], position=[0.5, -0.25], velocity=[3.0], effort=[])");
+    const double time = run.simulation.time();
+    const auto at = heard.find("nanosec=");
+    ASSERT_NE(at, std::string::npos);
+    const double stamp =
+        std::stod(heard.substr(heard.find("sec=") + 4)) + 1e-9 * std::stod(heard.substr(at + 8));
+    EXPECT_LE(stamp, time) << "time of the model";
+    EXPECT_NEAR(std::remainder(stamp, 0.01), 0, 1e-9);
+}
+
+TEST_F(Ros2Topics, AreHeardFromRclpy) {
+    if (!Peer::is_there()) GTEST_SKIP() << "there is no rclpy";
+    Peer peer(
+        {"send", "sensor_msgs/msg/Imu", "/imu", "200",
+         "m.header.frame_id='base'; m.header.stamp.sec=7; m.header.stamp.nanosec=500000000; "
+         "m.orientation.x=0.1; m.orientation.w=0.9; m.angular_velocity.y=-2.0; m.linear_acceleration.z=9.5; "
+         "m.orientation_covariance=[float(i) for i in range(9)]"});
+    ASSERT_EQ(peer.line(), "ready");
+    Running run(model(subscribe(", topic: /imu, type: sensor_msgs/Imu, frame_id: base, start_timeout: 20")));
+    ASSERT_TRUE(run.step()) << run.simulation.failure();
+    EXPECT_EQ(run.scalar("s.header_stamp"), 7.5);
+    EXPECT_EQ(run.get("s.orientation"), Matrix(Eigen::Vector4d(0.1, 0, 0, 0.9)));
+    EXPECT_EQ(run.get("s.angular_velocity"), Matrix(Eigen::Vector3d(0, -2, 0)));
+    EXPECT_EQ(run.get("s.linear_acceleration"), Matrix(Eigen::Vector3d(0, 0, 9.5)));
+    EXPECT_EQ(run.get("s.orientation_covariance"), Matrix(Eigen::VectorXd::LinSpaced(9, 0, 8)));
+    EXPECT_GT(run.scalar("s.received"), 0);
+    EXPECT_LT(run.scalar("s.age"), 5);
+    peer.end();
+    const double age = run.scalar("s.age");
+    usleep(200'000);
+    ASSERT_TRUE(run.step());
+    ASSERT_TRUE(run.step());
+    EXPECT_GT(run.scalar("s.age"), age) << "nobody sends any more";
+    EXPECT_EQ(run.get("s.linear_acceleration")(2), 9.5) << "the last one stays";
+}
+
+TEST_F(Ros2Topics, HaveTheNearestNumberThatTheirTypeCanHold) {
+    for (const auto& [type, given, expected] :
+         std::vector<std::tuple<std::string, double, double>>{{"Bool", 2, 1},
+                                                              {"Int8", 200, 127},
+                                                              {"Int8", -2.5, -3},
+                                                              {"UInt8", -1, 0},
+                                                              {"Byte", 255, 255},
+                                                              {"Char", 65, 65},
+                                                              {"Int16", -40000, -32768},
+                                                              {"UInt16", 40000.4, 40000},
+                                                              {"Int32", 3e9, 2147483647.0},
+                                                              {"UInt32", 3e9, 3e9},
+                                                              {"Int64", -1e18, -1e18},
+                                                              {"UInt64", 1e19, 1e19},
+                                                              {"Float32", 0.1, 0.1F},
+                                                              {"Float64", 0.1, 0.1}}) {
+        Running run(model(publish(", topic: x, type: std_msgs/msg/" + type) +
+                              subscribe(", topic: x, type: std_msgs/msg/" + type),
+                          "u: p", "u: {}"));
+        run.set("u", given);
+        EXPECT_TRUE(steps_until(run, [&] { return run.scalar("s.received") > 0; }))
+            << run.simulation.failure();
+        EXPECT_EQ(run.scalar("s.data"), expected) << type << " of " << given;
+    }
+}
+
+TEST_F(Ros2Topics, HaveTimesAndArraysOfAnyLength) {
+    Running run(model(publish(", topic: x, type: sensor_msgs/msg/JointState, fields: \"{'effort', "
+                              "'header.stamp'}\", stamp: none") +
+                          subscribe(", topic: x, type: sensor_msgs/msg/JointState, fields: \"{'effort', "
+                                    "'header.stamp'}\", sizes: \"{'effort=4'}\""),
+                      "u: p.effort, t: p.header_stamp", "u: {shape: 3}, t: {}"));
+    run.set("u", Eigen::Vector3d(1, 2, 3)).set("t", 1234.000000001);
+    EXPECT_TRUE(steps_until(run, [&] { return run.scalar("s.received") > 0; })) << run.simulation.failure();
+    EXPECT_EQ(run.get("s.effort"), Matrix(Eigen::Vector4d(1, 2, 3, 0)));
+    EXPECT_EQ(run.scalar("s.effort_length"), 3);
+    EXPECT_NEAR(run.scalar("s.header_stamp"), 1234.000000001, 1e-12);
+}
+
+TEST_F(Ros2Topics, CostTheStepNoHeapAndNoWaiting) {
+    Running run(model(publish(", topic: x, type: geometry_msgs/msg/Twist") +
+                          subscribe(", topic: x, type: geometry_msgs/msg/Twist"),
+                      "u: p.linear", "u: {shape: 3}"));
+    for (int k = 0; k < 20; ++k) {
+        ASSERT_TRUE(run.step());
+    }
+    const long before = bf::test::heap_calls();
+    for (int k = 0; k < 200; ++k) {
+        ASSERT_TRUE(run.step());
+    }
+    EXPECT_EQ(bf::test::heap_calls(), before);
+}
+
+TEST_F(Ros2Topics, RefuseWhatTheMessagesCannotBe) {
+    expect_contains(refusal(model(publish(", type: sensor_msgs/msg/Imuu"))),
+                    "argument 'type': the package 'sensor_msgs' has no message 'msg/Imuu'; correct the type");
+    expect_contains(refusal(model(publish(", type: no_msgs/msg/Imu"))),
+                    "there is no package of messages 'no_msgs' in " BF_ROS2_PREFIX
+                    "; install it, or say by AMENT_PREFIX_PATH where it is");
+    expect_contains(
+        refusal(model(publish(", type: ../x/msg/Imu"))),
+        "'../x/msg/Imu' is no type of message; write package/msg/Type, such as sensor_msgs/msg/Imu");
+    expect_contains(
+        refusal(model(subscribe(", type: geometry_msgs/msg/Twist, fields: \"{'linear', 'speed'}\""))),
+        "argument 'fields': geometry_msgs/msg/Twist has no numbers 'speed'; it has linear, angular");
+    expect_contains(
+        refusal(model(subscribe(", type: sensor_msgs/msg/JointState, fields: \"{'position'}\""))),
+        "argument 'sizes' is to say how many elements 'position' has at most, such as position=7");
+    expect_contains(refusal(model(subscribe(", type: geometry_msgs/msg/Twist, sizes: \"{'linear=3'}\""))),
+                    "has no 'linear' of any number of elements");
+    expect_contains(refusal(model(publish(", type: geometry_msgs/msg/Twist, frame_id: base"))),
+                    "geometry_msgs/msg/Twist has no text 'header.frame_id'");
+    expect_contains(refusal(model(subscribe(", topic: 'a b'"))), "the topic 'a b' cannot be subscribed to: ");
+    expect_contains(refusal(model("", "", "", ", name: 'a b'")),
+                    "there can be no node 'a b' in the namespace '/'");
+    expect_contains(refusal(model("", "", "", ", remap: \"{'a'}\"")),
+                    "argument 'remap': 'a' is not given as from:=to");
+    expect_contains(refusal(model(subscribe(", topic: nobody, start_timeout: 0.1"))),
+                    "s: no message of 'nobody' came within 0.1 s; start who sends it");
+    expect_contains(refusal("model: m\nplugins: [Ros2]\nstep: 0.01\nblocks:\n" + subscribe("")),
+                    "ROS 2 node");
+}
+
+TEST_F(Ros2Topics, EndTheRunWhereAMessageDoesNotFit) {
+    const auto failure_of = [](const std::string& sent, const std::string& expected) {
+        Running run(
+            model(publish(", topic: x, type: sensor_msgs/msg/JointState, fields: \"{'position'}\"" + sent) +
+                      subscribe(", topic: x, type: sensor_msgs/msg/JointState, sizes: \"{'position=2'}\"" +
+                                expected),
+                  "u: p", "u: {shape: 3}"));
+        steps_until(run, [] { return false; });
+        return run.simulation.failure();
+    };
+    expect_contains(failure_of("", ""),
+                    "s: a message has 3 elements in 'position', but at most 2 are expected; raise "
+                    "argument 'sizes'");
+    expect_contains(failure_of(", frame_id: world", ", frame_id: base"),
+                    "s: a message is of another frame than argument 'frame_id' says");
+    Running silent(model(subscribe(", timeout: 0.05")));
+    for (int k = 0; k < 1000 && silent.step(); ++k) usleep(1000);
+    expect_contains(silent.simulation.failure(), "s: no message came within argument 'timeout'");
+}
+
+TEST_F(Ros2Topics, StayForThoseWhoComeLater) {
+    Running first(model(publish(", topic: x, durability: transient_local"), "u: p", "u: {}"));
+    first.set("u", 5);
+    ASSERT_TRUE(first.step());
+    Running later(model(subscribe(", topic: x, durability: transient_local, start_timeout: 20")));
+    ASSERT_TRUE(later.step()) << later.simulation.failure();
+    EXPECT_EQ(later.scalar("s.data"), 5);
+}
+
+TEST_F(Ros2Topics, BeginAndEndManyTimes) {
+    for (int k = 0; k < 10; ++k) {
+        Running run(model(publish(", topic: x") + subscribe(", topic: x"), "u: p", "u: {}"));
+        run.set("u", k);
+        EXPECT_TRUE(steps_until(run, [&] { return run.scalar("s.received") > 0; }))
+            << run.simulation.failure();
+        EXPECT_EQ(run.scalar("s.data"), k);
+        run.simulation.stop();
+    }
+}
+
+TEST_F(Ros2Streams, AreTopicsOfNumbers) {
+    Running run(model(
+        "  w: {block: WholeBodyToolbox/StreamWrite, stream: /numbers, error_on_missing: false}\n"
+        "  r: {block: WholeBodyToolbox/StreamRead, stream: /numbers, size: 2, error_on_missing: false}\n",
+        "u: w", "u: {shape: 2}"));
+    run.set("u", Eigen::Vector2d(1, -2));
+    EXPECT_TRUE(steps_until(run, [&] { return run.get("r.timestamp")(0) > 0; })) << run.simulation.failure();
+    EXPECT_EQ(run.get("r.y"), Matrix(Eigen::Vector2d(1, -2)));
+    expect_contains(refusal(model("  r: {block: WholeBodyToolbox/StreamRead, stream: /nobody}\n")),
+                    "r: nobody sends '/nobody'");
+}
+
+TEST_F(Ros2Streams, HaveTheTimeOfWhoeverSendsTheClock) {
+    if (!Peer::is_there()) GTEST_SKIP() << "there is no rclpy";
+    Peer peer({"send", "rosgraph_msgs/msg/Clock", "/clock", "100", "m.clock.sec=100+k"});
+    ASSERT_EQ(peer.line(), "ready");
+    Running run(model("  t: {block: WholeBodyToolbox/NetworkClock}\n", "", "", ", use_sim_time: true"));
+    EXPECT_TRUE(steps_until(run, [&] { return run.scalar("t.y") >= 110; })) << run.scalar("t.y");
+    EXPECT_EQ(run.scalar("t.y"), std::floor(run.scalar("t.y")));
+}
+
+} // namespace bf::ros2::test

@@ -213,7 +213,9 @@ class End final : public middleware::RobotEnd {
     bool is_gone() noexcept override {
         if (messages_ < 2 && mode_ == ControlMode::position_direct) return false;
         const bool has = watch_->writers > 0;
-        return std::exchange(had_writers_, has) && !has;
+        const bool is = std::exchange(had_writers_, has) && !has;
+        if (is) is_ours_ = is_following_ = false; // while its time stands still no state tells so
+        return is;
     }
     middleware::Counts counts() const noexcept override { return {}; }
     const std::string& name() const noexcept override { return name_; }

@@ -233,19 +233,20 @@ class Robot final : public toolbox::RobotConnection {
             }
         }
         if (state.position.size != names.size) return; // it tells nothing of where they are
-        const bool has_velocity = state.velocity.size == names.size,
-                   has_effort = state.effort.size == names.size;
+        // What a controller manager does not know it tells as NaN.
+        const auto take_one = [](const rosidl_runtime_c__double__Sequence& from, std::size_t i, double& to) {
+            const bool has = i < from.size && std::isfinite(from.data[i]);
+            if (has) to = from.data[i];
+            return has;
+        };
         const double now = middleware::now();
         for (std::size_t i = 0; i < names.size; ++i) {
             const Eigen::Index at = places_[i];
-            if (at < 0) continue;
-            position_[at] = state.position.data[i];
-            if (has_velocity) velocity_[at] = state.velocity.data[i];
-            if (has_effort) effort_[at] = state.effort.data[i];
+            if (at < 0 || !take_one(state.position, i, position_[at])) continue;
+            has_velocity_ |= take_one(state.velocity, i, velocity_[at]);
+            has_effort_ |= take_one(state.effort, i, effort_[at]);
             came_[at] = now;
         }
-        has_velocity_ |= has_velocity;
-        has_effort_ |= has_effort;
         stamp_ = messages::seconds(state.header.stamp);
     }
     void wait_for_all(double end) {

@@ -105,6 +105,32 @@ TEST_F(Ros2Robot, MeasuresWhatItsTopicsSay) {
     EXPECT_LT((run.get("i.y") - Matrix(base)).norm(), 1e-9) << "angles go through a quaternion";
 }
 
+TEST_F(Ros2Robot, IsToldOfItsJointsInAnyOrderBySeveralPrograms) {
+    if (!Peer::is_there()) GTEST_SKIP() << "there is no rclpy";
+    const std::string type = "sensor_msgs/msg/JointState", topic = "/icub/joint_states";
+    Peer knee({"send", type, topic, "100",
+               "m.name=['other','l_knee']; m.position=[9.0,-0.5]; m.velocity=[9.0,float('nan')]; "
+               "m.effort=[9.0,2.0]"});
+    Peer others({"send", type, topic, "100",
+                 "m.name=['l_ankle_roll','l_hip_pitch']; m.position=[0.1,0.2+1e-3*min(k,100)]; "
+                 "m.velocity=[0.3,0.4]"});
+    ASSERT_EQ(knee.line(), "ready");
+    ASSERT_EQ(others.line(), "ready");
+    Running run(remote(""));
+    bool is_there = false;
+    for (int k = 0; k < 20'000 && !is_there; ++k) {
+        ASSERT_TRUE(run.step()) << run.simulation.failure();
+        is_there = std::abs(run.get("world.s")(0) - 0.3) < 1e-12;
+    }
+    EXPECT_EQ(run.get("world.s"), Matrix(Eigen::Vector3d(0.2 + 1e-3 * 100, -0.5, 0.1)));
+    EXPECT_EQ(run.get("world.s_dot"), Matrix(Eigen::Vector3d(0.4, 0, 0.3)))
+        << "what is no number is not taken";
+    EXPECT_EQ(run.get("world.tau_measured"), Matrix(Eigen::Vector3d(0, 2, 0)));
+    others.end();
+    for (int k = 0; k < 20'000 && run.step(); ++k) continue;
+    expect_contains(run.simulation.failure(), "no state for 1");
+}
+
 TEST_F(Ros2Robot, SaysWhatIsMissing) {
     const auto wrong = [](const std::string& settings) {
         std::string text = remote("", "", settings);
@@ -145,6 +171,9 @@ TEST_F(Ros2Served, IsSteppedByEachCommandOfAProgramThatIsNotOurs) {
             all += line + "\n";
         }
         runs.push_back(all);
+        Peer next({"call", "/icub/robot/step", "std_srvs/srv/Trigger"});
+        expect_contains(next.line(), "success=True");
+        EXPECT_EQ(served.events(), "came died came") << "the next one is another controller";
     }
     EXPECT_EQ(runs[0], runs[1]) << "every run is the same, to the last digit";
 }

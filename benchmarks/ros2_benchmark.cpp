@@ -1,5 +1,5 @@
 // From one step to another over a topic of ROS 2, beside rcl's bare calls.
-#include "bf/middleware/clock.hpp"
+#include "bf/middleware/bell.hpp"
 #include "blocks.hpp"
 #include "messages.hpp"
 
@@ -8,6 +8,7 @@
 #include <atomic>
 #include <benchmark/benchmark.h>
 #include <cstring>
+#include <ctime>
 #include <net/if.h>
 #include <sched.h>
 #include <stdexcept>
@@ -20,7 +21,6 @@
 
 namespace {
 
-using bf::middleware::now;
 namespace ros2 = bf::ros2;
 
 constexpr int n = 23, count = 1000;
@@ -32,17 +32,25 @@ struct Measured {
     bool is_good;
 };
 
-/// Messages come every 2 ms; what was heard of the last one is waited for before the next.
-template <class Send, class Hear> void time(std::array<double, count>& times, Send&& send, Hear&& hear) {
-    for (int k = 0; k < count + 100; ++k) {
+/// s since 1970, as messages are stamped when they come.
+double system_time() {
+    timespec time{};
+    clock_gettime(CLOCK_REALTIME, &time);
+    return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+/// Messages are sent every 2 ms; `heard` says when the one came that was sent last.
+template <class Send, class Heard> void time(Measured& measured, Send&& send, Heard&& heard) {
+    for (int k = -100; k < count; ++k) {
         usleep(2000);
-        const double begin = now();
+        const double begin = system_time();
         send();
-        if (!hear()) throw std::runtime_error("a message is lost");
-        if (k >= 100) times[static_cast<std::size_t>(k - 100)] = now() - begin;
+        const double came = heard();
+        if (k >= 0) measured.times[static_cast<std::size_t>(k)] = came - begin;
     }
 }
 
+/// From the step that writes to where a step reads.
 void measure_streams(Measured& measured) {
     ros2::Node here({.name = "here"}), there({.name = "there"});
     here.open();
@@ -53,19 +61,27 @@ void measure_streams(Measured& measured) {
         throw std::runtime_error("they do not find each other");
     usleep(500'000);
     const Eigen::VectorXd values = Eigen::VectorXd::Zero(n);
-    Eigen::VectorXd heard(n);
+    Eigen::VectorXd taken(n);
     bf::toolbox::Stamp stamp;
     time(
-        measured.times, [&] { writer->write(values); },
-        [&] { return reader->wait(1) && reader->take(heard, stamp) == bf::toolbox::Taken::message; });
+        measured, [&] { writer->write(values); },
+        [&] {
+            if (!reader->wait(1) || reader->take(taken, stamp) != bf::toolbox::Taken::message)
+                throw std::runtime_error("a message is lost");
+            return stamp.time;
+        });
 }
 
+/// From rcl_publish to what rcl_take gives behind rcl_wait.
 void measure_bare(Measured& measured) {
     const auto here = std::make_shared<ros2::Context>(ros2::NodeOptions{.name = "here"}),
                there = std::make_shared<ros2::Context>(ros2::NodeOptions{.name = "there"});
-    std::atomic<int> heard{0};
-    ros2::Subscription subscription(there, ros2::messages::numbers(), "/bare", {},
-                                    [&](const void*) { ++heard; });
+    std::atomic<double> came{0};
+    bf::middleware::Bell bell{};
+    ros2::Subscription subscription(there, ros2::messages::numbers(), "/bare", {}, [&](const void*) {
+        came = system_time();
+        bell.ring();
+    });
     ros2::Publisher publisher(here, ros2::messages::numbers(), "/bare", {});
     std::atomic<bool> goes_on{true};
     std::thread listens([&] {
@@ -84,13 +100,15 @@ void measure_bare(Measured& measured) {
     usleep(500'000);
     const auto message = ros2::messages::make<ros2::messages::Numbers>(ros2::messages::numbers());
     ros2::messages::resize(message->data, n);
-    int sent = 0;
     time(
-        measured.times, [&] { publisher.publish(message.get()), ++sent; },
+        measured,
         [&] {
-            for (const double end = now() + 1; heard < sent;)
-                if (now() > end) return false;
-            return true;
+            came = 0;
+            publisher.publish(message.get());
+        },
+        [&] {
+            bell.wait(1, [&] { return came > 0; });
+            return came.load();
         });
     goes_on = false;
     listens.join();

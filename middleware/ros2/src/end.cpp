@@ -217,13 +217,16 @@ class End final : public middleware::RobotEnd {
         if (is) is_ours_ = is_following_ = false; // while its time stands still no state tells so
         return is;
     }
-    middleware::Counts counts() const noexcept override { return {}; }
+    middleware::Counts counts() const noexcept override { return {.rejected = rejected_}; }
     const std::string& name() const noexcept override { return name_; }
 
   private:
     // ---- in the thread of the node
     void take(ControlMode mode, const rosidl_runtime_c__double__Sequence& data) {
-        if (static_cast<int>(data.size) != at_->n) return; // of another robot
+        if (static_cast<int>(data.size) != at_->n) { // of another robot
+            ++rejected_;
+            return;
+        }
         arriving_[0] = static_cast<double>(mode);
         std::copy_n(data.data, data.size, arriving_.begin() + 1);
         newest_->write(arriving_.data(), middleware::now());
@@ -235,7 +238,8 @@ class End final : public middleware::RobotEnd {
             const std::lock_guard lock(path_mutex_);
             next_path_ = std::move(path);
             has_path_ = true;
-        } catch (const std::runtime_error&) { // it is of another robot
+        } catch (const std::runtime_error&) { // of another robot
+            ++rejected_;
             return;
         }
         bell_.ring();
@@ -322,7 +326,7 @@ class End final : public middleware::RobotEnd {
     std::mutex path_mutex_;
     std::unique_ptr<Path> path_, next_path_; ///< the one that is followed; the newest, or one to be forgotten
     std::atomic<bool> has_path_{false}, is_free_{false}, is_over_{false};
-    std::atomic<std::uint64_t> steps_asked_{0}, steps_done_{0};
+    std::atomic<std::uint64_t> steps_asked_{0}, steps_done_{0}, rejected_{0};
     std::atomic<double> shown_time_{0}, due_{0};
     bool is_ours_ = false, is_following_ = false, had_writers_ = false;
     bool is_given_ = false, is_granted_ = false; ///< in this step: a command, and that the time may go on

@@ -17,7 +17,7 @@ namespace bf::ros2 {
 /// How a program appears among others.
 struct NodeOptions {
     std::string name = "blockfactory", name_space = "/";
-    std::vector<std::string> arguments; ///< as behind --ros-args
+    std::vector<std::string> arguments = {}; ///< as behind --ros-args
 };
 
 /// Throws std::runtime_error: what failed, and why as rcl says it.

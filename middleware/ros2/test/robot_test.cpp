@@ -187,6 +187,33 @@ TEST_F(Ros2Served, FollowsATrajectoryToItsEndAndStaysThere) {
     EXPECT_EQ(served.events(), "came") << "who sent it is gone, and its joints stay";
 }
 
+TEST_F(Ros2Served, LeavesOutWhatIsOfAnotherRobot) {
+    if (!Peer::is_there()) GTEST_SKIP() << "there is no rclpy";
+    Served served(end_in("/icub", true), diagram(icub + icub_world));
+    served.run();
+    const auto waits_for = [&](std::uint64_t count) {
+        for (int k = 0; k < 2000 && served.end->counts().rejected < count; ++k) usleep(10'000);
+        return served.end->counts().rejected >= count;
+    };
+    {
+        Peer size({"send", "std_msgs/msg/Float64MultiArray", "/icub/effort_controller/commands", "50",
+                   "m.data=[1.0,2.0]"});
+        EXPECT_TRUE(waits_for(3));
+    }
+    Peer names({"send", "trajectory_msgs/msg/JointTrajectory",
+                "/icub/joint_trajectory_controller/joint_trajectory", "50", "m.joint_names=['elbow']"});
+    EXPECT_TRUE(waits_for(served.end->counts().rejected + 3));
+    EXPECT_EQ(served.events(), "");
+    EXPECT_EQ(served.time(), 0) << "it stands still";
+    names.end();
+    Peer nan({"send", "std_msgs/msg/Float64MultiArray", "/icub/effort_controller/commands", "50",
+              "m.data=[1.0,float('nan'),2.0]"});
+    std::string events;
+    for (int k = 0; k < 2000 && events.find("refused") == std::string::npos; ++k, usleep(10'000))
+        events += served.events();
+    expect_contains(events, "refused");
+}
+
 TEST_F(Ros2Served, IsSteppedByItsService) {
     if (!Peer::is_there()) GTEST_SKIP() << "there is no rclpy";
     Served served(end_in("/icub", true), diagram(icub + icub_world));

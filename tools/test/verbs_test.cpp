@@ -2,6 +2,9 @@
 #include "bf/base/files.hpp"
 #include "command.hpp"
 
+#include <set>
+#include <string>
+
 namespace bf::tools {
 
 namespace {
@@ -249,12 +252,10 @@ TEST_F(Verbs, DoctorSaysWhatThereIs) {
     EXPECT_CONTAINS(bf("doctor").out, "plugin       yes  WholeBodyCameras");
     const auto json = nlohmann::json::parse(bf("doctor --json").out);
     EXPECT_EQ(json["version"], "0.1.0");
-    for (const auto& [number, plugin] : {std::pair(0, "FMI"),
-                                         {1, "SharedMemory"},
-                                         {2, "Udp"},
-                                         {3, "WholeBodyCameras"},
-                                         {4, "WholeBodyToolbox"}})
-        EXPECT_EQ(json["plugins"][number]["name"], plugin);
+    std::set<std::string> plugins; // there may be those of middlewares, too
+    for (const auto& plugin : json["plugins"]) plugins.insert(plugin["name"]);
+    for (const std::string plugin : {"FMI", "SharedMemory", "Udp", "WholeBodyCameras", "WholeBodyToolbox"})
+        EXPECT_TRUE(plugins.contains(plugin)) << plugin;
     EXPECT_EQ(json["middlewares"][0]["name"], "shared memory");
     EXPECT_EQ(json["middlewares"][0]["good"], true);
 }

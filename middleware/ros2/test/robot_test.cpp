@@ -105,6 +105,20 @@ TEST_F(Ros2Robot, MeasuresWhatItsTopicsSay) {
     EXPECT_LT((run.get("i.y") - Matrix(base)).norm(), 1e-9) << "angles go through a quaternion";
 }
 
+TEST_F(Ros2Robot, HasTheTimeOfItsSimulator) {
+    InRealTime served("/icub");
+    usleep(1'000'000);
+    Running run(remote("", "", ", use_sim_time: true"));
+    for (int k = 0; k < 100; ++k) {
+        ASSERT_TRUE(run.step()) << run.simulation.failure();
+    }
+    const double time = run.scalar("world.time");
+    served.end_run();
+    EXPECT_GT(time, 0.5) << "it began before the diagram did";
+    EXPECT_LE(time, served.time());
+    EXPECT_NEAR(std::remainder(time, 1e-3), 0, 1e-9) << "a time of its states";
+}
+
 TEST_F(Ros2Robot, IsToldOfItsJointsInAnyOrderBySeveralPrograms) {
     if (!Peer::is_there()) GTEST_SKIP() << "there is no rclpy";
     const std::string type = "sensor_msgs/msg/JointState", topic = "/icub/joint_states";

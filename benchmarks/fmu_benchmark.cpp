@@ -5,6 +5,7 @@
 #include "bf/fmi/fmi3.h"
 #include "bf/fmi/instance.hpp"
 #include "bf/formats/yaml.hpp"
+#include "bf/library/load.hpp"
 #include "bf/run/run_c.h"
 
 #include <benchmark/benchmark.h>
@@ -191,6 +192,32 @@ void copy(benchmark::State& state) {
     state.counters["bytes"] = static_cast<double>(from.size());
 }
 
+/// The balancing iCub in lockstep with its world: the controller in the model, or as an FMU with the
+/// Whole-Body Toolbox and the robot in it.
+void balance(benchmark::State& state, const char* model) {
+    const auto& made = Made::get();
+    made.execute("test -e balancing.yaml || { python3 " BF_SOURCE_DIRECTORY
+                 "/tests/fmi/law.py . " BF_SOURCE_DIRECTORY "/examples 0.01 && " BF_COMMAND
+                 " export-fmu law.yaml -o law.fmu >log 2>&1; }");
+    const auto loaded =
+        bf::load(fs::path(model).is_absolute() ? fs::path(model) : made.folder.path() / model);
+    bf::Simulation simulation(loaded.diagram);
+    for (auto _ : state) {
+        state.PauseTiming(); // an archive is unpacked
+        simulation.start();
+        state.ResumeTiming();
+        for (int k = 0; k < 4000; ++k) // 4 s
+            if (!simulation.step()) throw std::runtime_error(simulation.failure());
+        state.PauseTiming();
+        simulation.stop();
+        state.ResumeTiming();
+    }
+}
+void balance_by_model(benchmark::State& state) {
+    balance(state, BF_SOURCE_DIRECTORY "/examples/icub_balancing/balancing.yaml");
+}
+void balance_by_fmu(benchmark::State& state) { balance(state, "balancing.yaml"); }
+
 /// The command, with the compiler; `count` blocks one behind the other, a third of each kind.
 void export_blocks(benchmark::State& state, int count) {
     std::string blocks, wires = "  u: b0\n  b" + std::to_string(count - 1) + ": y\n";
@@ -218,6 +245,8 @@ BENCHMARK(block)->Name("fmu.block");
 BENCHMARK(save)->Name("fmu.save");
 BENCHMARK(restore)->Name("fmu.restore");
 BENCHMARK(copy)->Name("fmu.save/memcpy");
+BENCHMARK(balance_by_model)->Name("fmu.icub/model")->Unit(benchmark::kMillisecond);
+BENCHMARK(balance_by_fmu)->Name("fmu.icub")->Unit(benchmark::kMillisecond);
 BENCHMARK(export_many)
     ->Name("fmu.export_1000_blocks")
     ->UseRealTime()

@@ -35,6 +35,7 @@ ROWS = [
     ("fmu.block", "ns", "fmu.block", "fmu.step", "<= 150 ns more"),
     ("fmu.save", "ns", "fmu.save", "fmu.save/memcpy", "<= 1.5 x"),
     ("fmu.restore", "ns", "fmu.restore", "fmu.save/memcpy", "<= 1.5 x"),
+    ("fmu.icub", "x", "fmu.icub", "fmu.icub/model", ">= 0.95 of it"),
     ("fmu.export_1000_blocks", "s", "fmu.export_1000_blocks", "fmu.export_1000_blocks/three_blocks", "< 15 s"),
     ("toolbox.whole_body_step_idyntree", "us", "toolbox.whole_body_step/diagram", "toolbox.whole_body_step/idyntree", ""),
     ("toolbox.qp_12x38", "us", "toolbox.qp_12x38/block", "toolbox.qp_12x38/bare_daqp", "<= 1.1 x"),

@@ -104,21 +104,20 @@ std::vector<double> elements_of(const std::vector<double>& initial, std::size_t 
 
 } // namespace
 
-FmuCode Generator::fmu(int version) {
+FmuCode Generator::fmu(int version, const std::map<std::string, std::string>& folders) {
     FmuCode code;
-    has_model_exchange_ = true;
+    is_fmu_ = true;
+    folders_ = folders;
+    has_model_exchange_ = !has_hosted(); // what is made does not know of instants between steps
     for (auto& [name, text] : run())
         if (!name.starts_with("include/") && name != "main.cpp" && !name.starts_with(file_ + "_c.") &&
             (name.ends_with(".hpp") || name.ends_with(".cpp")))
             code.files[name] = text;
-    if (has_hosted()) {
-        std::string blocks;
-        for (const auto& block : hosted_blocks(diagram_)) blocks += "\n  " + block;
-        throw GenerationError("no FMU can be made of '" + diagram_.name +
-                              "': these blocks are more than rules that can be printed:" + blocks +
-                              "\nreplace them, or export the part of the model without them");
-    }
-    code.options = {"-std=c++17", "-O3", "-DNDEBUG", "-ffp-contract=off", "-fno-semantic-interposition"};
+    code.is_hosted = has_hosted();
+    code.uses_standard_blocks = uses_standard_library();
+    code.plugins = plugins();
+    code.options = {code.is_hosted ? "-std=c++20" : "-std=c++17", "-O3", "-DNDEBUG", "-ffp-contract=off",
+                    "-fno-semantic-interposition"};
     if (!has_matrices_) code.options.push_back("-fno-tree-slp-vectorize");
     code.identifier = file_;
 
@@ -136,13 +135,16 @@ FmuCode Generator::fmu(int version) {
                 (variable.role == FmuVariable::Role::calculated ? "FmuSetting::none"
                  : variable.role == FmuVariable::Role::fixed    ? "FmuSetting::before"
                                                                 : "FmuSetting::always") +
-                "},\n";
+                (variable.names.empty() ? "" : ", true") + "},\n";
         code.variables.push_back(std::move(variable));
     };
     const auto of_slot = [&](FmuVariable::Role role, const std::string& path, const Node::End& end) {
         const Slot& slot = diagram_.slot(end);
         FmuVariable variable{role,           path,           unit_text(slot), slot.doc, type_of(slot),
                              slot.size.rows, slot.size.cols, slot.limits,     {},       {}};
+        for (const auto& enumerated : diagram_.enumerated)
+            if (enumerated.end.node == end.node && enumerated.end.slot == end.slot)
+                variable.names = enumerated.names;
         if (role != FmuVariable::Role::output && role != FmuVariable::Role::signal)
             variable.start = elements_of(slot.initial, static_cast<std::size_t>(slot.size.count()));
         return variable;
@@ -193,7 +195,7 @@ FmuCode Generator::fmu(int version) {
 
     row = 0;
     std::vector<FmuVariable> rates;
-    for (const auto& field : continuous_) {
+    for (const auto& field : has_model_exchange_ ? continuous_ : std::vector<Field>()) {
         auto state = of_slot(FmuVariable::Role::state, field.path, field.end);
         state.rows *= state.cols; // elements in the order of the solver
         state.cols = 1;
@@ -208,7 +210,7 @@ FmuCode Generator::fmu(int version) {
     }
     row = 0;
     for (auto& rate : rates) add(std::move(rate), "bf::generated::fmu_rates", row++);
-    if (guard_count() > 0)
+    if (guard_count() > 0 && has_model_exchange_)
         add({FmuVariable::Role::crossings,
              "event_indicators",
              "",
@@ -230,13 +232,16 @@ FmuCode Generator::fmu(int version) {
     code.token = std::string("{bf-") + digits + "}";
     code.files[file_ + "_fmu.cpp"] =
         "// " + comment(diagram_.name) + " as an FMU of FMI " + std::to_string(version) +
-        ".0.\n#include \"bf/codegen/" + standard + ".hpp\"\n#include \"" + file_ +
-        ".hpp\"\n\nextern \"C\" const bf_run_library* bf_run_v1(void);\n\n"
+        ".0.\n#include \"bf/codegen/" + standard + ".hpp\"\n#include \"" + file_ + ".hpp\"\n" +
+        (code.is_hosted ? "#include \"bf/codegen/fmu_hosted.hpp\"\n" : "") +
+        "\nextern \"C\" const bf_run_library* bf_run_v1(void);\n\n"
         "using bf::generated::FmuSetting;\nstatic constexpr bf::generated::FmuVariable rows[] = {\n" +
         (rows.empty() ? "    {bf_run_inputs, 0, FmuSetting::none}, // none: not counted\n" : rows) +
         "};\nconst bf::generated::FmuTables bf::generated::fmu_tables{bf_run_v1, " + literal(code.token) +
-        ", rows, " + std::to_string(code.variables.size()) + ", &bf::generated::ExchangeOf<" + class_ +
-        ">::functions};\n";
+        ", rows, " + std::to_string(code.variables.size()) + ", " +
+        (has_model_exchange_ ? "&bf::generated::ExchangeOf<" + class_ + ">::functions"
+                             : "&bf::generated::no_exchange") +
+        ", " + (code.is_hosted ? "&bf::generated::HostOf<" + class_ + ">::functions" : "nullptr") + "};\n";
     Files headers;
     for (const auto& [name, text] : code.files) {
         if (name.ends_with(".cpp")) code.sources.push_back(name);
@@ -248,9 +253,10 @@ FmuCode Generator::fmu(int version) {
     return code;
 }
 
-FmuCode generate_fmu(const Diagram& diagram, int version, const Options& options) {
+FmuCode generate_fmu(const Diagram& diagram, int version, const Options& options,
+                     const std::map<std::string, std::string>& folders) {
     Generator generator(diagram, options);
-    return generator.fmu(version);
+    return generator.fmu(version, folders);
 }
 
 } // namespace bf::codegen

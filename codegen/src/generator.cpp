@@ -69,7 +69,9 @@ Generator::Generator(const Diagram& diagram, const Options& options)
 
 void Generator::check() const {
     std::string problems;
+    bool is_of_blocks = false;
     const auto add = [&](const DiagramNode& n, const std::string& why) {
+        is_of_blocks = true;
         problems += "\n  " + n.path + " (" + n.type + "): " + why;
     };
     if (is_adaptive(diagram_.solver.method) && !diagram_.plan.derivatives.empty())
@@ -77,6 +79,7 @@ void Generator::check() const {
                     "' chooses its own steps; give the model one with fixed steps, e.g. solver: rk4";
     for (const auto& loop : diagram_.plan.loops)
         if (loop.kind == Loop::Kind::algebraic)
+            is_of_blocks = true,
             problems +=
                 "\n  " + loop.path +
                 ": it stands in an algebraic loop, whose solution takes a number of iterations that has no "
@@ -98,6 +101,7 @@ void Generator::check() const {
         problems +=
             "\n  single precision is for embedded code: it does not equal the simulation; add --embedded";
     for (const auto& problem : split_problems_) problems += "\n  " + problem;
+    is_of_blocks = is_of_blocks || !split_problems_.empty();
     if (options_.has_function_per_rate && has_hosted())
         problems += "\n  a function per rate needs blocks that are rules alone: what a class shares between "
                     "rates is not known; leave --functions-per-rate out, or these blocks:";
@@ -105,8 +109,9 @@ void Generator::check() const {
         if (is_hosted(static_cast<int>(n)))
             problems += " " + diagram_.nodes[n].path + " (" + diagram_.nodes[n].type + ")";
     if (problems.empty()) return;
-    throw GenerationError("no code can be generated for '" + diagram_.name + "':" + problems +
-                          "\nreplace these blocks, or generate the part of the model without them");
+    throw GenerationError(
+        "no code can be generated for '" + diagram_.name + "':" + problems +
+        (is_of_blocks ? "\nreplace these blocks, or generate the part of the model without them" : ""));
 }
 
 void Generator::place(const Node::End& end, const char* structure, std::vector<Field>& fields,

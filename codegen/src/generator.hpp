@@ -66,7 +66,7 @@ class Generator {
     Generator(const Diagram& diagram, const Options& options);
     virtual ~Generator() = default;
     virtual Files run();
-    FmuCode fmu(int version);
+    FmuCode fmu(int version, const std::map<std::string, std::string>& folders);
     MemoryReport memory() const; ///< after run()
     std::vector<BlockPlace> places_in(const Files& files) const;
 
@@ -264,6 +264,8 @@ class Generator {
 
     const Diagram& diagram_;
     Options options_;
+    bool is_fmu_ = false;
+    std::map<std::string, std::string> folders_; ///< of blocks of an FMU, in its resources
     bool has_model_exchange_ = false; ///< functions by which a solver of the caller integrates the model
     std::string flatten_ = "[[gnu::flatten]] "; ///< before a function that kernels are joined into
     std::string control_ = "control_.", step_time_ = "time_"; ///< before what controls a step; of this step

@@ -39,9 +39,11 @@ std::vector<std::string> Generator::plugins() const {
 }
 
 std::string Generator::library_declarations() const {
-    std::string text = plugins().empty() ? "" : "#include \"bf/codegen/linked.hpp\"\n";
+    std::string text = is_fmu_             ? "#include \"bf/codegen/fmu_hosted.hpp\"\n"
+                       : plugins().empty() ? ""
+                                           : "#include \"bf/codegen/linked.hpp\"\n";
     if (uses_standard_library() || is_dynamic()) text += "\n#include \"bf/blocks/standard.hpp\"\n";
-    if (plugins().empty()) return text + "\n";
+    if (plugins().empty() || is_fmu_) return text + "\n";
     text += "\n#ifdef BF_LINK_PLUGINS\n";
     for (const auto& name : plugins()) text += "extern \"C\" void " + entry_of(name) + "(bf::Library&);\n";
     return text + "#endif\n\n";
@@ -51,6 +53,11 @@ std::string Generator::add_libraries(const std::string& registry) const {
     std::string text;
     if (uses_standard_library() || is_dynamic())
         text += "    " + registry + ".add(bf::standard_library());\n";
+    if (is_fmu_) {
+        std::string names;
+        for (const auto& name : plugins()) names += (names.empty() ? "" : ", ") + literal(name);
+        return text + "    bf::generated::load_own_plugins(" + registry + ", {" + names + "});\n";
+    }
     if (!plugins().empty()) {
         text += "#ifdef BF_LINK_PLUGINS\n";
         for (const auto& name : plugins())
@@ -123,10 +130,12 @@ std::string Generator::hosted_source() const {
                          number(hosted_[static_cast<std::size_t>(from.node)]) + ", " + number(from.slot) +
                          "}";
         const std::string own = node.arguments.folder.empty() ? "." : node.arguments.folder;
-        const std::string subfolder = std::filesystem::absolute(own)
-                                          .lexically_normal()
-                                          .lexically_relative(options_.folder)
-                                          .generic_string();
+        const auto elsewhere = folders_.find(node.path);
+        const std::string subfolder = elsewhere != folders_.end() ? elsewhere->second
+                                                                  : std::filesystem::absolute(own)
+                                                                        .lexically_normal()
+                                                                        .lexically_relative(options_.folder)
+                                                                        .generic_string();
         adds += "    blocks->add(" + literal(node.path) + ", " + literal(node.type) + ", " +
                 number(node.rate) + ",\n        {" + arguments + "},\n        " +
                 literal(subfolder.empty() ? own : subfolder) + ",\n        {" + slots + "},\n        {" +

@@ -135,7 +135,7 @@ std::string Generator::header(const Calls& calls) const {
         (has_continuous_states() ? "    ContinuousStates continuous;\n" : "") +
         (has_hosted() ? "    /// Where relative file names of blocks are meant from; read by the first "
                         "initialize().\n    const char* folder = " +
-                            literal(options_.folder) + ";\n"
+                            literal(is_fmu_ ? "" : options_.folder) + ";\n"
                       : "") +
         (guards_.empty() ? ""
                          : "    /// Called with `observer`, and with the signals and states at a zero "
@@ -186,7 +186,14 @@ std::string Generator::header(const Calls& calls) const {
         (is_dynamic() ? "" : "static ") + "const bf::generated::Quantity* find_parameter(const char* name) " +
         end + "    /// What is fixed, and why.\n    " + table + "FixedNames fixed_table() " + end +
         (has_hosted() && !is_dynamic()
-             ? "    /// Arguments of the blocks that the program makes: fixed by the first "
+             ? "    /// Makes the blocks that initialize() would make; false, with failure(), where it "
+               "cannot.\n"
+               "    bool make_blocks() noexcept { return prepare_hosted_blocks(); }\n"
+               "    bf::generated::Hosted& made_blocks() noexcept { return *hosted_; }\n"
+               "    /// The size of all that a snapshot holds besides what made blocks hold.\n"
+               "    std::size_t own_bytes() const noexcept {\n        return static_cast<std::size_t>("
+               "reinterpret_cast<const char*>(&hosted_) - reinterpret_cast<const char*>(this));\n    }\n"
+               "    /// Arguments of the blocks that the program makes: fixed by the first "
                "initialize().\n    "
                "static bf::generated::FixedNames argument_table() noexcept;\n    void "
                "set_arguments(std::vector<bf::generated::Entry> arguments) { arguments_ = "
@@ -242,16 +249,18 @@ std::string Generator::header(const Calls& calls) const {
                         ? ""
                         : "    Real " + solver_memory("start_", "slopes_") + "; // of the solver\n")
              : "") +
+        "    std::int64_t steps_ = 0;\n" + (is_split() ? "" : "    Real time_ = 0; // of this step [s]\n") +
+        "    const char* failed_block_ = nullptr;\n    const char* failure_ = nullptr;\n" +
         (is_dynamic()
              ? "    std::unique_ptr<bf::generated::Hosted> hosted_; // the elaborated model\n    "
                "std::string problem_; // why there is none\n    double planned_stop_ = stop_time;\n    "
                "std::vector<bf::kernels::View<const double>> constants_;\n"
-         : has_hosted() ? "    std::unique_ptr<bf::generated::Hosted> hosted_;\n    std::string problem_; // "
+         : has_hosted() ? "    // Last: what stands before is what own_bytes() counts.\n"
+                          "    std::unique_ptr<bf::generated::Hosted> hosted_;\n    std::string problem_; // "
                           "why they could not be made\n    "
                           "std::vector<bf::generated::Entry> arguments_; // changed ones\n"
                         : "") +
-        "    std::int64_t steps_ = 0;\n" + (is_split() ? "" : "    Real time_ = 0; // of this step [s]\n") +
-        "    const char* failed_block_ = nullptr;\n    const char* failure_ = nullptr;\n};\n";
+        "};\n";
     return text;
 }
 

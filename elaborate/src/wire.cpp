@@ -367,10 +367,10 @@ class Wiring {
     }
 
     void add_root_inputs() {
-        const Scope& root = e_.root();
-        for (const auto& port : root.system->inputs) {
-            auto block = std::make_unique<RootInput>(e_.declared_port(root, port, port.name));
-            const int node = add_internal(std::move(block), port, "Inport", root);
+        for (const Scope& root = e_.root(); const auto& port : root.system->inputs) {
+            auto& declared = e_.declared.emplace_back(e_.declared_port(root, port, port.name));
+            const int node = add_internal(std::make_unique<RootInput>(declared), port, "Inport", root);
+            declared.end = {node, 0};
             e_.diagram.inputs.push_back({port.name, {node, 0}, port.unit, port.doc});
             declare_unit(port, port.name, {node, 0});
         }

@@ -61,7 +61,7 @@ std::string start_of(const Variable& v) {
 
 /// Attributes that stand at the variable in FMI 3.0, at its type in 2.0.
 std::string of_type(const Variable& v, const std::string& standard_type, int derivative) {
-    std::string text;
+    std::string text = optional_attribute("declaredType", v.declared_type);
     const bool has_unit = standard_type == "Real" || is_real(v.type);
     if (has_unit) text += optional_attribute("unit", v.unit);
     if (v.type != Type::boolean && v.minimum) text += attribute("min", xml_number(*v.minimum));
@@ -249,6 +249,19 @@ std::string to_xml(const Description& d) {
         text += "  <UnitDefinitions>\n";
         for (const auto& unit : units) text += "    <Unit" + attribute("name", unit) + "/>\n";
         text += "  </UnitDefinitions>\n";
+    }
+    if (!d.enumerations.empty()) {
+        text += "  <TypeDefinitions>\n";
+        for (const auto& type : d.enumerations) {
+            const std::string name = attribute("name", type.name);
+            text +=
+                is_2 ? "    <SimpleType" + name + "><Enumeration>\n" : "    <EnumerationType" + name + ">\n";
+            for (const auto& [value, item] : type.items)
+                text +=
+                    "      <Item" + attribute("name", item) + attribute("value", number_text(value)) + "/>\n";
+            text += is_2 ? "    </Enumeration></SimpleType>\n" : "    </EnumerationType>\n";
+        }
+        text += "  </TypeDefinitions>\n";
     }
     text += "  <LogCategories>\n    <Category name=\"logStatusWarning\"/>\n    <Category "
             "name=\"logStatusError\"/>\n"

@@ -67,6 +67,10 @@ with tempfile.TemporaryDirectory() as folder:
                 compared += len(got)
         assert compared > 100, f"only {compared} numbers were compared"
 
+        print(f"FMI {version}.0: {compared} numbers of {len(recorded)} signals are the same")
+        if described.modelExchange is None:  # blocks of plugins are in it
+            continue
+
         # In model exchange the importer's solver gives the same, to what both of them leave.
         exchanged = fmpy.simulate_fmu(
             str(fmu), fmi_type="ModelExchange", solver="CVode", relative_tolerance=1e-10, output_interval=float(step),
@@ -84,4 +88,3 @@ with tempfile.TemporaryDirectory() as folder:
         assert compared_exchanged > 100, f"only {compared_exchanged} numbers were compared"
         print(f"FMI {version}.0: model exchange differs by {largest:.1e}")
         assert largest < 2e-5, largest
-        print(f"FMI {version}.0: {compared} numbers of {len(recorded)} signals are the same")

@@ -98,21 +98,6 @@ Program installed_program(const fs::path& prefix, const std::string& target,
     return program;
 }
 
-bool is_inside(const fs::path& file, const fs::path& folder) {
-    const auto relative = file.lexically_relative(folder);
-    return !relative.empty() && *relative.begin() != "..";
-}
-
-/// Where a file of the model's goes, so that it is found there under the name by which it was found here.
-fs::path place_of(const fs::path& file, const fs::path& model_folder) {
-    const auto named = fs::absolute(file).lexically_normal(), at = fs::weakly_canonical(file),
-               robots = fs::weakly_canonical(BF_ROBOT_MODELS);
-    if (is_inside(named, model_folder)) return "model" / named.lexically_relative(model_folder);
-    if (is_inside(at, robots)) return "share" / at.lexically_relative(robots);
-    throw CommandError("cannot deploy " + file.string() + ": it is neither in the model's folder " +
-                       model_folder.string() + " nor an installed robot; put it beside the model");
-}
-
 /// `options` of the program that make it run until it is told to end. The unit grants what real time needs
 /// and takes the rest away: the model may come from somebody else, and its program talks to the network.
 std::string service(const std::string& name, const Diagram& diagram, const std::string& options) {
@@ -244,8 +229,9 @@ Trial pack_program(const Program& program, const LoadedModel& loaded, const Mode
     // Those of unused variants too, for values may be changed where the package runs.
     FileSet files = files_of(loaded);
     files.merge(files_of(loaded.source.file, loaded.source.texts));
-    for (const auto& file : files) folder.copy(file, place_of(file, model_folder));
+    for (const auto& file : files) folder.copy(file, packed_place(file, model_folder, "deploy"));
 
+    const fs::path place = packed_place(model, model_folder, "deploy");
     folder.copy(program.file, "bin/bf");
     std::string loader;
     for (const auto& library : program.libraries) {
@@ -257,7 +243,7 @@ Trial pack_program(const Program& program, const LoadedModel& loaded, const Mode
         throw CommandError("glibc's dynamic loader, ld-linux*, is not among the libraries of " +
                            program.file.string());
 
-    Trial trial{"lib/" + loader, {place_of(model, model_folder)}, {}};
+    Trial trial{"lib/" + loader, {place}, {}};
     std::string arguments;
     for (std::size_t i = 0; i < options.params.size(); ++i) {
         const std::string to = "model/parameters" + std::to_string(i + 1) + ".yaml";
@@ -272,9 +258,8 @@ Trial pack_program(const Program& program, const LoadedModel& loaded, const Mode
     folder.write("run",
                  "#!/bin/sh\n# Runs " + name +
                      " in real time; './run --help' tells more. Any other verb: ./bf VERB ...\n" + find_here +
-                     "exec \"$here/bf\" run \"$here\"/" +
-                     escape::shell(place_of(model, model_folder).string()) + " --realtime" + arguments +
-                     " \"$@\"\n",
+                     "exec \"$here/bf\" run \"$here\"/" + escape::shell(place.string()) + " --realtime" +
+                     arguments + " \"$@\"\n",
                  true);
     folder.write("bf",
                  "#!/bin/sh\n" + find_here +

@@ -2,9 +2,12 @@
 #include "bf/base/escape.hpp"
 #include "bf/base/files.hpp"
 #include "bf/codegen/fmu.hpp"
+#include "bf/engine/simulation.hpp"
 #include "bf/fmi/archive.hpp"
 #include "bf/formats/yaml.hpp"
 #include "bf/view/draw.hpp"
+#include "block_model.hpp"
+#include "bundle.hpp"
 #include "files.hpp"
 #include "picture.hpp"
 #include "session.hpp"
@@ -93,6 +96,26 @@ fmi::Variable variable_of(const codegen::FmuVariable& v, std::uint32_t reference
     return its;
 }
 
+/// Can the states of all blocks be saved?
+bool can_be_saved(const Diagram& diagram) {
+    try {
+        Simulation(diagram).snapshot();
+        return true;
+    } catch (const std::exception&) {
+        return false;
+    }
+}
+
+/// The type with these names of values, which becomes one of the description's where it is new: the first
+/// variable that has it gives it its name.
+std::string enumeration(fmi::Description& d, const codegen::FmuVariable& v) {
+    if (v.names.empty()) return {};
+    for (const auto& known : d.enumerations)
+        if (known.items == v.names) return known.name;
+    d.enumerations.push_back({"type of " + fmi::structured_name(v.name), v.names});
+    return d.enumerations.back().name;
+}
+
 fmi::Description description_of(const LoadedModel& loaded, const codegen::FmuCode& code, int version) {
     const Diagram& diagram = loaded.diagram;
     fmi::Description d{.version = version, .name = diagram.name, .token = code.token};
@@ -110,6 +133,11 @@ fmi::Description description_of(const LoadedModel& loaded, const codegen::FmuCod
                                       .can_serialize = true,
                                       .needs_completed_step = false};
     d.co_simulation->sources = d.model_exchange->sources = code.sources;
+    if (code.is_hosted) {
+        d.model_exchange.reset();
+        d.co_simulation->sources.clear();
+        d.co_simulation->has_state = d.co_simulation->can_serialize = can_be_saved(diagram);
+    }
     d.variables.push_back(
         {.name = "time", .unit = "s", .doc = "simulated time", .causality = fmi::Causality::independent});
     std::map<std::string, int> inputs;
@@ -132,6 +160,10 @@ fmi::Description description_of(const LoadedModel& loaded, const codegen::FmuCod
             v.role != Role::signal && v.role != Role::crossings)
             d.initial_unknowns.push_back({number});
         d.variables.push_back(variable_of(v, static_cast<std::uint32_t>(number)));
+        if (!v.names.empty()) {
+            d.variables.back().type = fmi::Type::enumeration;
+            d.variables.back().declared_type = enumeration(d, v);
+        }
         if (v.role == Role::rate) d.variables.back().derivative_of = states[d.derivatives.size() - 1];
     }
     std::set<std::string> names;
@@ -154,12 +186,36 @@ std::string build_description(const codegen::FmuCode& code) {
     return text + "    </SourceFileSet>\n  </BuildConfiguration>\n</fmiBuildDescription>\n";
 }
 
+/// How the icon lies, and all inputs and all outputs as one terminal each, whose members an importer connects
+/// by their names: FMI 3.0, section 2.4.9.
+std::string terminals(const fmi::Description& d, const editor::Rectangle& picture) {
+    const std::string corners =
+        " x1=\"0\" y1=\"0\" x2=\"" + number(picture.width) + "\" y2=\"" + number(picture.height) + "\"";
+    std::string all;
+    for (const auto& [causality, name] :
+         {std::pair{fmi::Causality::input, "inputs"}, std::pair{fmi::Causality::output, "outputs"}}) {
+        std::string members;
+        for (const auto& v : d.variables)
+            if (v.causality == causality)
+                members += "      <TerminalMemberVariable variableName=\"" + escape::xml(v.name) +
+                           "\" memberName=\"" + escape::xml(v.name) + "\" variableKind=\"signal\"/>\n";
+        if (!members.empty())
+            all += std::string("    <Terminal name=\"") + name + "\" matchingRule=\"bus\">\n" + members +
+                   "    </Terminal>\n";
+    }
+    return "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiTerminalsAndIcons fmiVersion=\"3.0\">\n"
+           "  <GraphicalRepresentation>\n    <CoordinateSystem" +
+           corners + " suggestedScalingFactorTo_mm=\"0.1\"/>\n    <Icon" + corners +
+           "/>\n  </GraphicalRepresentation>\n" +
+           (all.empty() ? "" : "  <Terminals>\n" + all + "  </Terminals>\n") + "</fmiTerminalsAndIcons>\n";
+}
+
 /// What people read who look into the archive.
 std::string page(const LoadedModel& loaded, const fmi::Description& d) {
     std::string text = "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>" +
                        escape::xml(d.name) + "</title></head><body>\n<h1>" + escape::xml(d.name) +
-                       "</h1>\n<p>An FMU of FMI " + std::to_string(d.version) +
-                       ".0 for co-simulation and model exchange, made by " + escape::xml(d.tool) +
+                       "</h1>\n<p>An FMU of FMI " + std::to_string(d.version) + ".0 for co-simulation" +
+                       (d.model_exchange ? " and model exchange" : "") + ", made by " + escape::xml(d.tool) +
                        " from the model " + escape::xml(loaded.source.file.filename().string()) +
                        ". It steps every " + number(*d.step) +
                        " s; between two of its steps outputs keep their values.</p>\n"
@@ -206,8 +262,9 @@ void compile(const std::vector<std::string>& commands, const fs::path& folder, c
     for (auto& worker : workers) worker.get();
 }
 
-/// The library of that machine.
-std::string compiled(const codegen::FmuCode& code, const std::string& target, const fs::path& sources) {
+/// The library of that machine, which needs those libraries beside it.
+std::string compiled(const codegen::FmuCode& code, const std::string& target, const fs::path& sources,
+                     const std::map<std::string, fs::path>& libraries) {
     const Waiting waiting("compiling the FMU for " + target);
     const fmi::TemporaryFolder folder("compile");
     const char* const chosen = std::getenv("CXX");
@@ -216,19 +273,31 @@ std::string compiled(const codegen::FmuCode& code, const std::string& target, co
                                                      : "c++";
     std::string options = " -fPIC -fvisibility=hidden";
     for (const auto& option : code.options) options += " " + option;
+    const CoreOptions core = code.is_hosted ? core_options() : CoreOptions();
     std::vector<std::string> commands;
     std::string objects;
     for (std::size_t i = 0; i < code.sources.size(); ++i) {
         const std::string object = (folder.path() / (std::to_string(i) + ".o")).string();
-        commands.push_back("cd " + escape::shell(sources.string()) + " && " + compiler + options +
-                           " -I. -c " + escape::shell(code.sources[i]) + " -o " + escape::shell(object));
+        commands.push_back("cd " + escape::shell(sources.string()) + " && " + compiler + options + " -I." +
+                           core.compile + " -c " + escape::shell(code.sources[i]) + " -o " +
+                           escape::shell(object));
         objects += " " + escape::shell(object);
     }
     compile(commands, folder.path(), target);
-    // It brings the C++ library along, and shows others nothing but the functions of the standard.
+    // It brings the C++ library along, and shows others nothing but the functions of the standard. With
+    // plugins the C++ library stands beside it, as they throw and catch: a library that names all that is
+    // beside it has them found before they look for one another.
+    std::string linked = " -static-libstdc++ -static-libgcc";
+    if (code.is_hosted) {
+        linked = (code.uses_standard_blocks ? core.blocks : "") +
+                 " -Wl,--no-as-needed,--disable-new-dtags,-rpath,'$ORIGIN'";
+        for (const auto& [name, file] : libraries)
+            if (!std::ranges::count(code.plugins, fs::path(name).stem().string())) // which are opened
+                linked += " " + escape::shell(file.string());
+    }
     const auto library = folder.path() / "library.so";
-    compile({compiler + " -shared -static-libstdc++ -static-libgcc -Wl,--exclude-libs,ALL -Wl,-s" + objects +
-             " -o " + escape::shell(library.string())},
+    compile({compiler + " -shared -Wl,--exclude-libs,ALL -Wl,-s" + objects + linked + " -o " +
+             escape::shell(library.string())},
             folder.path(), target);
     return read_text_file(library);
 }
@@ -239,8 +308,11 @@ std::string platform(const std::string& target, int version) {
 }
 
 void execute(const ExportOptions& options) {
-    const LoadedModel loaded = load_model(options.model);
-    const auto code = codegen::generate_fmu(loaded.diagram, options.version, generation_options(loaded));
+    std::error_code error;
+    const bool is_block = !options.model.file.ends_with(".yaml") && !fs::exists(options.model.file, error);
+    const LoadedModel loaded = is_block ? block_as_model(options.model) : load_model(options.model);
+    const auto code = codegen::generate_fmu(loaded.diagram, options.version, generation_options(loaded),
+                                            folders_of(loaded.diagram));
     const auto description = description_of(loaded, code, options.version);
     const std::string output =
         !options.output.empty() ? options.output : fs::path(options.model.file).stem().string() + ".fmu";
@@ -248,13 +320,38 @@ void execute(const ExportOptions& options) {
 
     fmi::Contents contents;
     contents["modelDescription.xml"] = fmi::to_xml(description);
-    for (const auto& [name, text] : code.files) contents["sources/" + name] = text;
-    if (options.version == 3) contents["sources/buildDescription.xml"] = build_description(code);
+    std::map<std::string, fs::path> libraries;
+    auto targets = options.targets;
+    if (targets.empty()) targets = {machine()};
+    if (code.is_hosted) {
+        if (options.has_no_binary || targets != std::vector{machine()})
+            throw CommandError("the model has blocks from plugins, which are binaries of this machine (" +
+                               machine() +
+                               "); leave --sources-only and --target out, or export the part of "
+                               "the model without them");
+        libraries = libraries_of(code.plugins, *loaded.registry);
+        for (const auto& [place, file] : resources_of(loaded))
+            contents["resources/" + place] = read_text_file(file);
+    } else {
+        for (const auto& [name, text] : code.files) contents["sources/" + name] = text;
+    }
+    if (options.version == 3 && !code.is_hosted)
+        contents["sources/buildDescription.xml"] = build_description(code);
     contents["documentation/index.html"] = page(loaded, description);
     contents["documentation/licenses/license.txt"] =
         "The files under sources/bf are a part of BlockFactory, licensed under the Apache License 2.0\n"
         "(SPDX-License-Identifier: Apache-2.0). All others were made from the model, whose authors license "
         "them.\n";
+    if (code.is_hosted) {
+        std::string& text = contents["documentation/licenses/license.txt"];
+        text =
+            "The library and what is called libbf_* and WholeBodyToolbox beside it are BlockFactory's, "
+            "licensed "
+            "under the Apache License 2.0\n(SPDX-License-Identifier: Apache-2.0), but for what was made from "
+            "the model, whose authors license it. These stand there, too, and have licences of their own:\n";
+        for (const auto& [name, file] : libraries) text += name + "\n";
+        text += "So do the files under resources.\n";
+    }
 
     const fmi::TemporaryFolder folder("export");
     formats::Files texts = loaded.source.texts;
@@ -265,23 +362,25 @@ void execute(const ExportOptions& options) {
         const auto icon = folder.path() / "icon.png";
         save_picture(drawing, false, icon.string());
         contents[options.version == 2 ? "model.png" : "terminalsAndIcons/icon.png"] = read_text_file(icon);
-        if (options.version == 3)
+        if (options.version == 3) {
             contents["terminalsAndIcons/icon.svg"] = contents["documentation/diagram.svg"];
+            contents["terminalsAndIcons/terminalsAndIcons.xml"] = terminals(description, drawing.bounds);
+        }
     } catch (const CommandError&) { // without librsvg there is no icon
     }
     if (!options.has_no_binary) {
         const auto sources = folder.path() / "sources";
         codegen::write(code.files, sources);
-        auto targets = options.targets;
-        if (targets.empty()) targets = {machine()};
-        for (const auto& target : targets)
-            contents["binaries/" + platform(target, options.version) + "/" + code.identifier + ".so"] =
-                compiled(code, target, sources);
+        for (const auto& target : targets) {
+            const std::string place = "binaries/" + platform(target, options.version) + "/";
+            contents[place + code.identifier + ".so"] = compiled(code, target, sources, libraries);
+            for (const auto& [name, file] : libraries) contents[place + name] = read_text_file(file);
+        }
     }
     fmi::write_archive(contents, output);
-    std::printf("%s: FMI %d.0, co-simulation and model exchange, %zu variables, steps of %s s\n",
-                output.c_str(), options.version, description.variables.size(),
-                number(loaded.diagram.step).c_str());
+    std::printf("%s: FMI %d.0, co-simulation%s, %zu variables, steps of %s s\n", output.c_str(),
+                options.version, description.model_exchange ? " and model exchange" : "",
+                description.variables.size(), number(loaded.diagram.step).c_str());
 }
 
 } // namespace
@@ -289,7 +388,7 @@ void execute(const ExportOptions& options) {
 void add_export_fmu(CLI::App& app) {
     auto* command = app.add_subcommand("export-fmu", "write a model as an FMU, which other simulators run");
     auto options = std::make_shared<ExportOptions>();
-    options->model.add_to(*command);
+    options->model.add_to(*command, "model file (.yaml), or a block as `bf describe` calls it");
     command->add_option("-o,--output", options->output, "file; otherwise MODEL.fmu in this folder")
         ->type_name("FILE");
     command->add_option("--fmi", options->version, "version of the standard: 3 (by default) or 2")
@@ -302,7 +401,9 @@ void add_export_fmu(CLI::App& app) {
         ->type_name("MACHINE,...")
         ->check(CLI::IsMember(std::set<std::string>{"x86_64", "aarch64"}).description(""));
     command->add_flag("--sources-only", options->has_no_binary, "no binaries: importers compile it");
-    command->footer("It holds its sources, too. Example: bf export-fmu examples/dc_motor/model.yaml");
+    command->footer("It holds its sources, too, or the plugins whose blocks are in it. Examples:\n"
+                    "  bf export-fmu examples/dc_motor/model.yaml\n"
+                    "  bf export-fmu PID --set P=2 --set e=3    # a block whose input e has three elements");
     command->callback([options] { execute(*options); });
 }
 

@@ -40,21 +40,44 @@ bool will_be_one_file(const fs::path& a, const fs::path& b) {
     return !real.empty() && real == fs::weakly_canonical(fs::absolute(b, error), error);
 }
 
+bool is_inside(const fs::path& file, const fs::path& folder) {
+    const auto relative = file.lexically_relative(folder);
+    return !relative.empty() && *relative.begin() != "..";
+}
+
 } // namespace
+
+FileSet files_of(const DiagramNode& node) {
+    FileSet files;
+    for (const auto& [name, value] : node.arguments) {
+        auto names = value.texts;
+        if (value.kind == Value::Kind::text) names.push_back(value.text);
+        for (const auto& text : names)
+            if (const auto file = file_of(text, node.arguments.folder); !file.empty()) files.insert(file);
+    }
+    if (const auto urdf = urdf_of(node.block->resolution()); !urdf.empty()) files.insert(urdf);
+    return files;
+}
 
 FileSet files_of(const LoadedModel& loaded) {
     FileSet files;
     for (const auto& [file, text] : loaded.source.texts) files.insert(file);
-    for (const auto& node : loaded.diagram.nodes) {
-        for (const auto& [name, value] : node.arguments) {
-            auto names = value.texts;
-            if (value.kind == Value::Kind::text) names.push_back(value.text);
-            for (const auto& text : names)
-                if (const auto file = file_of(text, node.arguments.folder); !file.empty()) files.insert(file);
-        }
-        if (const auto urdf = urdf_of(node.block->resolution()); !urdf.empty()) files.insert(urdf);
-    }
+    for (const auto& node : loaded.diagram.nodes) files.merge(files_of(node));
     return files;
+}
+
+bool is_installed_robot(const fs::path& file) {
+    return is_inside(fs::weakly_canonical(file), fs::weakly_canonical(BF_ROBOT_MODELS));
+}
+
+fs::path packed_place(const fs::path& file, const fs::path& model_folder, const char* purpose) {
+    const auto named = fs::absolute(file).lexically_normal();
+    if (is_inside(named, model_folder)) return "model" / named.lexically_relative(model_folder);
+    if (is_installed_robot(file))
+        return "share" / fs::weakly_canonical(file).lexically_relative(fs::weakly_canonical(BF_ROBOT_MODELS));
+    throw CommandError(std::string("cannot ") + purpose + " " + file.string() +
+                       ": it is neither in the model's folder " + model_folder.string() +
+                       " nor an installed robot; put it beside the model");
 }
 
 FileSet files_of(const fs::path& model, std::map<fs::path, std::string> texts) {

@@ -16,6 +16,18 @@ using FileSet = std::set<std::filesystem::path>;
 /// All that was read for an elaborated model: its documents, the files that arguments name, robots.
 FileSet files_of(const LoadedModel& loaded);
 
+/// The same of one block, without documents.
+FileSet files_of(const DiagramNode& node);
+
+/// Is the file one of the robots that are installed with BlockFactory?
+bool is_installed_robot(const std::filesystem::path& file);
+
+/// Where a file of the model's goes in what packs it, so that it is found there under the name by which it
+/// was found here: model/FILE or share/FILE. Throws CommandError for one from elsewhere: "cannot PURPOSE
+/// FILE".
+std::filesystem::path packed_place(const std::filesystem::path& file,
+                                   const std::filesystem::path& model_folder, const char* purpose);
+
 /// The documents of a model, which are in `texts` or on the disk, and the files that any setting in them
 /// names, whether its variant is used or not. Throws model::Errors.
 FileSet files_of(const std::filesystem::path& model, std::map<std::filesystem::path, std::string> texts = {});

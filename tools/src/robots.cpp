@@ -1,5 +1,7 @@
 #include "robots.hpp"
 
+#include "bundle.hpp"
+
 #include "bf/engine/simulation.hpp"
 #include "bf/toolbox/shared_world.hpp"
 #include "bf/toolbox/simulated_robot.hpp"
@@ -63,6 +65,16 @@ std::vector<std::pair<std::string, const physics::Scene*>> shared_worlds_of(cons
         if (const void* world = node.block->resolution().find_provided(toolbox::SharedWorld::resource))
             worlds.emplace_back(node.path, static_cast<const toolbox::SharedWorld*>(world)->scene.get());
     return worlds;
+}
+
+std::vector<std::filesystem::path> world_files_of(const Diagram& diagram) {
+    std::vector<std::filesystem::path> files;
+    for (const auto& [path, scene] : shared_worlds_of(diagram)) {
+        for (const auto& robot : scene->options().robots) files.push_back(robot.options.urdf);
+        for (const auto& object : scene->options().objects)
+            if (!object.file.empty()) files.push_back(object.file);
+    }
+    return files;
 }
 
 bool has_world(const Diagram& diagram) {

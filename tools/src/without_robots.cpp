@@ -1,3 +1,4 @@
+#include "bundle.hpp"
 #include "robots.hpp"
 #include "scenery.hpp"
 #include "session.hpp"
@@ -8,6 +9,8 @@ namespace bf::tools {
 std::filesystem::path urdf_of(const Resolution&) { return {}; }
 
 bool has_world(const Diagram&) { return false; }
+
+std::vector<std::filesystem::path> world_files_of(const Diagram&) { return {}; }
 
 service::MakeSceneries scenery_maker() { return {}; }
 

@@ -29,6 +29,7 @@ struct FmuVariable {
     Limits limits;
     std::vector<double> start;       ///< of inputs and parameters: all elements, column by column
     std::vector<std::string> inputs; ///< names of those on which an output depends in the same instant
+    std::vector<std::pair<double, std::string>> names = {}; ///< of the values of an enumeration
 };
 
 struct FmuCode {
@@ -38,10 +39,17 @@ struct FmuCode {
     std::vector<std::string> options; ///< of GCC and Clang
     std::string identifier;           ///< of the model, a C name
     std::string token;                ///< of this code, which the description has to name
+    /// Are blocks made from plugins? They stand beside the library, with libbf_core.so and what else they
+    /// need; the code then needs the headers of BlockFactory and is for co-simulation alone.
+    bool is_hosted = false;
+    std::vector<std::string> plugins;  ///< their names
+    bool uses_standard_blocks = false; ///< are standard blocks made, which libbf_blocks.a has?
 };
 
 /// An FMU of FMI `version` 2.0 or 3.0, whose code is that of generate(). Throws GenerationError for diagrams
-/// that generate() refuses, and for names of two variables that are one.
-FmuCode generate_fmu(const Diagram& diagram, int version, const Options& options = {});
+/// that generate() refuses, and for names of two variables that are one. `folders`: where blocks from plugins
+/// look for files, by their paths, relative to the model's folder, if not in that of their own file.
+FmuCode generate_fmu(const Diagram& diagram, int version, const Options& options = {},
+                     const std::map<std::string, std::string>& folders = {});
 
 } // namespace bf::codegen

@@ -46,6 +46,14 @@ class BlocksInContext : public Hosted {
     void hit(int rate, double time) noexcept override { program::hit(context_->clock(rate), time); }
     void go_to(int rate, double time) noexcept override { context_->clock(rate).time = time; }
     void fire(int rate, double time) noexcept override { program::fire(context_->clock(rate), time); }
+    std::ptrdiff_t snapshot_size() const noexcept override {
+        return context_->refuses_snapshot() >= 0 ? -1
+                                                 : static_cast<std::ptrdiff_t>(context_->snapshot_size());
+    }
+    void save(unsigned char* to) const noexcept override { context_->save(reinterpret_cast<std::byte*>(to)); }
+    void restore(const unsigned char* from) noexcept override {
+        context_->restore(reinterpret_cast<const std::byte*>(from));
+    }
     const char* failure() const noexcept override { return failure_.c_str(); }
     const char* failed_block() const noexcept override { return failed_block_.c_str(); }
 

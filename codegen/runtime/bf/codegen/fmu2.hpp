@@ -76,16 +76,34 @@ fmi2Status set(fmi2Component handle, const char* function, Kind kind, const fmi2
                 const Quantity its{v.name, "", "", v.type, Where::inputs, 1, 1, 0, -1};
                 const bool holds = v.type == Type::float64 || range_of(its).holds(double(values[i])) ||
                                    (v.type == Type::float32 && !std::isfinite(double(values[i])));
-                if (!holds) {
-                    instance.message(FmuInstance::Level::error, "logStatusError", "%s: '%s' cannot be %.17g",
-                                     function, v.name, double(values[i]));
-                    return false;
-                }
+                if (!holds) return cannot_be(instance, function, v, double(values[i]));
                 instance.write(v, element, double(values[i]));
                 return true;
             });
         return instance.finish_writing() && good;
     });
+}
+
+/// The folder of a URI file:/PATH or file://HOST/PATH (RFC 3986, RFC 8089); "" for another one.
+inline std::string folder_of(const char* uri) {
+    if (!uri || std::strncmp(uri, "file:", 5) != 0) return {};
+    uri += 5;
+    if (std::strncmp(uri, "//", 2) == 0) uri = std::strchr(uri + 2, '/');
+    std::string folder;
+    for (; uri && *uri; ++uri) {
+        const auto digit = [&](int i) {
+            const char* const all = "0123456789abcdef";
+            const char* const at = uri[i] ? std::strchr(all, uri[i] | 32) : nullptr;
+            return at ? int(at - all) : -1;
+        };
+        if (*uri == '%' && digit(1) >= 0 && digit(2) >= 0) {
+            folder += char(16 * digit(1) + digit(2));
+            uri += 2;
+        } else {
+            folder += *uri;
+        }
+    }
+    return folder;
 }
 
 } // namespace bf::generated::fmu2
@@ -101,13 +119,14 @@ BF_FMI_FUNCTION(fmi2SetDebugLogging, (fmi2Component handle, fmi2Boolean on, size
                     return true;
                 })
 
-fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String,
+fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
                               const fmi2CallbackFunctions* callbacks, fmi2Boolean, fmi2Boolean logging) {
     using namespace bf::generated;
     if (!callbacks) return nullptr;
     try {
-        auto instance = std::make_unique<FmuInstance>(
-            fmu_tables, name, bf::fmi::CallOrder(2, type == fmi2CoSimulation, false), fmu2::log);
+        auto instance = std::make_unique<FmuInstance>(fmu_tables, name,
+                                                      bf::fmi::CallOrder(2, type == fmi2CoSimulation, false),
+                                                      fmu2::log, fmu2::folder_of(resources));
         instance->callback = reinterpret_cast<void (*)(void)>(callbacks->logger);
         instance->environment = callbacks->componentEnvironment;
         instance->is_logging = logging;
@@ -118,8 +137,9 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
 }
 
 BF_FMI_FUNCTION(fmi2SetupExperiment,
-                (fmi2Component handle, fmi2Boolean, fmi2Real, fmi2Real start, fmi2Boolean, fmi2Real), call,
-                setup_experiment, { return instance.set_up(start); })
+                (fmi2Component handle, fmi2Boolean, fmi2Real, fmi2Real start, fmi2Boolean has_stop,
+                 fmi2Real stop),
+                call, setup_experiment, { return instance.set_up(start, has_stop ? stop : HUGE_VAL); })
 BF_FMI_FUNCTION(fmi2EnterInitializationMode, (fmi2Component handle), call, enter_initialization,
                 { return true; })
 

@@ -21,13 +21,15 @@ inline void log(const FmuInstance& instance, FmuInstance::Level level, const cha
 }
 
 /// Calls f with each variable and where its values begin; false for what has another type or size.
+/// Enumerations have one of their own.
 template <class F>
-bool for_each(FmuInstance& instance, const char* function, Type type, const fmi3ValueReference* references,
-              std::size_t count, std::size_t values, F&& f) {
+bool for_each(FmuInstance& instance, const char* function, Type type, bool is_enumeration,
+              const fmi3ValueReference* references, std::size_t count, std::size_t values, F&& f) {
     std::size_t at = 0;
     for (std::size_t i = 0; i < count; ++i) {
         const auto* const v = instance.variables.variable(references[i]);
-        if (!v || v->type != type) return has_none(instance, function, references[i]);
+        if (!v || v->type != type || v->is_enumeration != is_enumeration)
+            return has_none(instance, function, references[i]);
         if (at + std::size_t(v->count) > values) break;
         if (!f(*v, at)) return false;
         at += std::size_t(v->count);
@@ -38,14 +40,15 @@ bool for_each(FmuInstance& instance, const char* function, Type type, const fmi3
     return false;
 }
 
-template <class T>
+/// `Stored`: how the model has them.
+template <class Stored, class T>
 fmi3Status get(fmi3Instance handle, const char* function, Type type, const fmi3ValueReference* references,
                std::size_t count, T* values, std::size_t size) noexcept {
     return call(handle, Call::get_values, function, [&](FmuInstance& instance) {
-        return for_each(instance, function, type, references, count, size,
+        return for_each(instance, function, type, !std::is_same_v<Stored, T>, references, count, size,
                         [&](const auto& v, std::size_t at) {
                             if (!refreshed(instance, v)) return false;
-                            const auto* const from = reinterpret_cast<const T*>(v.data);
+                            const auto* const from = reinterpret_cast<const Stored*>(v.data);
                             for (int i = 0; i < v.count; ++i)
                                 values[at + std::size_t(i)] = from[FmuVariables::place(v, i)];
                             return true;
@@ -53,26 +56,35 @@ fmi3Status get(fmi3Instance handle, const char* function, Type type, const fmi3V
     });
 }
 
-template <class T>
+template <class Stored, class T>
 fmi3Status set(fmi3Instance handle, const char* function, Type type, const fmi3ValueReference* references,
                std::size_t count, const T* values, std::size_t size) noexcept {
+    constexpr bool is_enumeration = !std::is_same_v<Stored, T>;
     return call(handle, Call::set_values, function, [&](FmuInstance& instance) {
-        const bool good =
-            for_each(instance, function, type, references, count, size, [&](const auto& v, std::size_t at) {
-                if (!can_be_set(instance, function, v)) return false;
-                for (int i = 0; i < v.count; ++i) instance.write(v, i, double(values[at + std::size_t(i)]));
-                return true;
-            });
+        const bool good = for_each(instance, function, type, is_enumeration, references, count, size,
+                                   [&](const auto& v, std::size_t at) {
+                                       if (!can_be_set(instance, function, v)) return false;
+                                       for (int i = 0; i < v.count; ++i) {
+                                           const T value = values[at + std::size_t(i)];
+                                           if constexpr (is_enumeration)
+                                               if (T(Stored(value)) != value)
+                                                   return cannot_be(instance, function, v, double(value));
+                                           instance.write(v, i, double(value));
+                                       }
+                                       return true;
+                                   });
         return instance.finish_writing() && good;
     });
 }
 
 /// An instance of that order of calls, or null.
-inline fmi3Instance make(fmi::CallOrder order, fmi3String name, fmi3String token, bool is_logging,
-                         fmi3InstanceEnvironment environment, fmi3LogMessageCallback log_message,
-                         fmi3IntermediateUpdateCallback between = nullptr, bool allows_early_return = false) {
+inline fmi3Instance make(fmi::CallOrder order, fmi3String name, fmi3String token, fmi3String resources,
+                         bool is_logging, fmi3InstanceEnvironment environment,
+                         fmi3LogMessageCallback log_message, fmi3IntermediateUpdateCallback between = nullptr,
+                         bool allows_early_return = false) {
     try {
-        auto instance = std::make_unique<FmuInstance>(fmu_tables, name, order, log);
+        auto instance =
+            std::make_unique<FmuInstance>(fmu_tables, name, order, log, resources ? resources : "");
         instance->callback = reinterpret_cast<void (*)(void)>(log_message);
         instance->between = reinterpret_cast<void (*)(void)>(between);
         instance->environment = environment;
@@ -96,7 +108,7 @@ BF_FMI_FUNCTION(fmi3SetDebugLogging, (fmi3Instance handle, fmi3Boolean on, size_
                     return true;
                 })
 
-fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3String, fmi3Boolean,
+fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean,
                                          fmi3Boolean logging, fmi3Boolean uses_event_mode,
                                          fmi3Boolean allows_early_return, const fmi3ValueReference*, size_t,
                                          fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
@@ -105,14 +117,14 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
         if (log) log(environment, fmi3Error, "logStatusError", "this FMU has no event mode in co-simulation");
         return nullptr;
     }
-    return bf::generated::fmu3::make({3, true, false}, name, token, logging, environment, log, between,
-                                     allows_early_return);
+    return bf::generated::fmu3::make({3, true, false}, name, token, resources, logging, environment, log,
+                                     between, allows_early_return);
 }
 
-fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi3String, fmi3Boolean,
-                                          fmi3Boolean logging, fmi3InstanceEnvironment environment,
-                                          fmi3LogMessageCallback log) {
-    return bf::generated::fmu3::make({3, false, true}, name, token, logging, environment, log);
+fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi3String resources,
+                                          fmi3Boolean, fmi3Boolean logging,
+                                          fmi3InstanceEnvironment environment, fmi3LogMessageCallback log) {
+    return bf::generated::fmu3::make({3, false, true}, name, token, resources, logging, environment, log);
 }
 
 fmi3Instance fmi3InstantiateScheduledExecution(fmi3String, fmi3String, fmi3String, fmi3Boolean, fmi3Boolean,
@@ -124,29 +136,31 @@ fmi3Instance fmi3InstantiateScheduledExecution(fmi3String, fmi3String, fmi3Strin
 }
 
 BF_FMI_FUNCTION(fmi3EnterInitializationMode,
-                (fmi3Instance handle, fmi3Boolean, fmi3Float64, fmi3Float64 start, fmi3Boolean, fmi3Float64),
-                call, enter_initialization, { return instance.set_up(start); })
+                (fmi3Instance handle, fmi3Boolean, fmi3Float64, fmi3Float64 start, fmi3Boolean has_stop,
+                 fmi3Float64 stop),
+                call, enter_initialization, { return instance.set_up(start, has_stop ? stop : HUGE_VAL); })
 
-#define BF_FMI3_VALUES(T, type)                                                                              \
+#define BF_FMI3_VALUES(T, Stored, type)                                                                      \
     fmi3Status fmi3Get##T(fmi3Instance handle, const fmi3ValueReference* references, size_t count,           \
                           fmi3##T* values, size_t size) {                                                    \
-        return bf::generated::fmu3::get(handle, "fmi3Get" #T, bf::generated::Type::type, references, count,  \
-                                        values, size);                                                       \
+        return bf::generated::fmu3::get<Stored>(handle, "fmi3Get" #T, bf::generated::Type::type, references, \
+                                                count, values, size);                                        \
     }                                                                                                        \
     fmi3Status fmi3Set##T(fmi3Instance handle, const fmi3ValueReference* references, size_t count,           \
                           const fmi3##T* values, size_t size) {                                              \
-        return bf::generated::fmu3::set(handle, "fmi3Set" #T, bf::generated::Type::type, references, count,  \
-                                        values, size);                                                       \
+        return bf::generated::fmu3::set<Stored>(handle, "fmi3Set" #T, bf::generated::Type::type, references, \
+                                                count, values, size);                                        \
     }
-BF_FMI3_VALUES(Float32, float32)
-BF_FMI3_VALUES(Float64, float64)
-BF_FMI3_VALUES(Int8, int8)
-BF_FMI3_VALUES(UInt8, uint8)
-BF_FMI3_VALUES(Int16, int16)
-BF_FMI3_VALUES(UInt16, uint16)
-BF_FMI3_VALUES(Int32, int32)
-BF_FMI3_VALUES(UInt32, uint32)
-BF_FMI3_VALUES(Boolean, boolean)
+BF_FMI3_VALUES(Float32, fmi3Float32, float32)
+BF_FMI3_VALUES(Float64, fmi3Float64, float64)
+BF_FMI3_VALUES(Int8, fmi3Int8, int8)
+BF_FMI3_VALUES(UInt8, fmi3UInt8, uint8)
+BF_FMI3_VALUES(Int16, fmi3Int16, int16)
+BF_FMI3_VALUES(UInt16, fmi3UInt16, uint16)
+BF_FMI3_VALUES(Int32, fmi3Int32, int32)
+BF_FMI3_VALUES(UInt32, fmi3UInt32, uint32)
+BF_FMI3_VALUES(Boolean, fmi3Boolean, boolean)
+BF_FMI3_VALUES(Int64, fmi3Int32, int32) // of enumerations
 #undef BF_FMI3_VALUES
 
 fmi3Status fmi3DoStep(fmi3Instance handle, fmi3Float64 time, fmi3Float64 step, fmi3Boolean,
@@ -201,8 +215,6 @@ BF_FMI_FUNCTION(fmi3GetNumberOfContinuousStates, (fmi3Instance handle, size_t* c
 
 // What this FMU has not.
 using bf_fmi3_references = const fmi3ValueReference*;
-BF_FMI_NONE(fmi3GetInt64, (fmi3Instance handle, bf_fmi3_references, size_t, fmi3Int64*, size_t))
-BF_FMI_NONE(fmi3SetInt64, (fmi3Instance handle, bf_fmi3_references, size_t, const fmi3Int64*, size_t))
 BF_FMI_NONE(fmi3GetUInt64, (fmi3Instance handle, bf_fmi3_references, size_t, fmi3UInt64*, size_t))
 BF_FMI_NONE(fmi3SetUInt64, (fmi3Instance handle, bf_fmi3_references, size_t, const fmi3UInt64*, size_t))
 BF_FMI_NONE(fmi3GetString, (fmi3Instance handle, bf_fmi3_references, size_t, fmi3String*, size_t))

@@ -82,6 +82,12 @@ inline bool can_be_set(const FmuInstance& instance, const char* function, const 
                      function, v.name);
     return false;
 }
+inline bool cannot_be(const FmuInstance& instance, const char* function, const FmuVariables::Variable& v,
+                      double value) {
+    instance.message(FmuInstance::Level::error, "logStatusError", "%s: '%s' cannot be %.17g", function,
+                     v.name, value);
+    return false;
+}
 inline bool has_none(const FmuInstance& instance, const char* function, std::uint32_t reference) {
     instance.message(FmuInstance::Level::error, "logStatusError", "%s: there is no variable %u of this type",
                      function, unsigned(reference));
@@ -122,8 +128,7 @@ BF_FMI_FUNCTION(BF_FMI_STATE(Get), (void* handle, void** state), call, save_stat
 })
 BF_FMI_FUNCTION(BF_FMI_STATE(Set), (void* handle, void* state), call, save_state, {
     if (!bf::generated::is_state(instance, state)) return false;
-    instance.restore(*static_cast<const bf::generated::FmuState*>(state));
-    return true;
+    return instance.restore(*static_cast<const bf::generated::FmuState*>(state));
 })
 BF_FMI_FUNCTION(BF_FMI_STATE(Free), (void* handle, void** state), call, save_state, {
     delete static_cast<bf::generated::FmuState*>(*state);
@@ -131,23 +136,23 @@ BF_FMI_FUNCTION(BF_FMI_STATE(Free), (void* handle, void** state), call, save_sta
     return true;
 })
 BF_FMI_FUNCTION(BF_FMI_STATE_SIZE, (void* handle, void* state, size_t* size), call, save_state, {
-    *size = bf::generated::FmuState::size(instance.library());
+    *size = bf::generated::FmuState::size(instance.model_size());
     return bf::generated::is_state(instance, state);
 })
 BF_FMI_FUNCTION(BF_FMI_STATE(Serialize), (void* handle, void* state, BF_FMI(Byte) * bytes, size_t size), call,
                 save_state, {
                     if (!bf::generated::is_state(instance, state)) return false;
-                    if (size < bf::generated::FmuState::size(instance.library()))
+                    if (size < bf::generated::FmuState::size(instance.model_size()))
                         return instance.fail("the state needs more bytes");
                     static_cast<const bf::generated::FmuState*>(state)->serialize(
-                        instance.library(), reinterpret_cast<unsigned char*>(bytes));
+                        instance.fingerprint(), reinterpret_cast<unsigned char*>(bytes));
                     return true;
                 })
 BF_FMI_FUNCTION(BF_FMI_DESERIALIZE, (void* handle, const BF_FMI(Byte) * bytes, size_t size, void** state),
                 call, save_state, {
                     if (!bf::generated::has_states(instance)) return false;
                     *state = bf::generated::FmuState::deserialize(
-                                 instance.library(), instance.order,
+                                 instance.fingerprint(), instance.model_size(), instance.order,
                                  reinterpret_cast<const unsigned char*>(bytes), size)
                                  .release();
                     return *state || instance.fail("these bytes are no state of this FMU");

@@ -26,9 +26,11 @@ class FmuInstance {
 
     using Variable = FmuVariables::Variable;
 
-    FmuInstance(const FmuTables& tables, const char* name, fmi::CallOrder order_of_calls, Log log_message)
-        : order(order_of_calls), variables(tables), name_(name ? name : ""), exchange_(*tables.exchange),
-          library_(*tables.library()), log_(log_message) {}
+    /// `resources`: the folder of the FMU's files, which a model of rules alone does without.
+    FmuInstance(const FmuTables& tables, const char* name, fmi::CallOrder order_of_calls, Log log_message,
+                std::string resources)
+        : order(order_of_calls), variables(tables), name_(name ? name : ""), resources_(std::move(resources)),
+          exchange_(*tables.exchange), library_(*tables.library()), host_(tables.host), log_(log_message) {}
     FmuInstance(const FmuInstance&) = delete;
     FmuInstance& operator=(const FmuInstance&) = delete;
     ~FmuInstance() { close(); }
@@ -37,9 +39,13 @@ class FmuInstance {
     bool open() {
         model_ = library_.create();
         if (!model_) return fail("there is no memory for the model");
-        if (!variables.bind(model_, &moment_.time)) return fail("its tables do not fit its code");
-        before_.resize(library_.snapshot_size);
+        if (!order.is_co_simulation() && !exchange_.compute_rates)
+            return fail("this FMU is for co-simulation alone, as blocks of its model are made from plugins");
         moment_ = {};
+        folder_ = resources_;
+        if (host_ && !host_->make(model_, folder_)) return fail_of_model();
+        if (!variables.bind(model_, &moment_.time)) return fail("its tables do not fit its code");
+        before_.resize(host_ ? host_->snapshot_size(model_) : library_.snapshot_size);
         is_computed_ = is_stale_ = false;
         return true;
     }
@@ -58,7 +64,9 @@ class FmuInstance {
 
     const char* name() const noexcept { return name_.c_str(); }
     double time() const noexcept { return moment_.time; }
-    bool has_state() const noexcept { return library_.snapshot_size > 0; }
+    bool has_state() const noexcept { return !before_.empty(); }
+    std::size_t model_size() const noexcept { return before_.size(); } ///< bytes of a saved model
+    std::uint64_t fingerprint() const noexcept { return library_.fingerprint; }
 
     // ---- variables
 
@@ -115,9 +123,12 @@ class FmuInstance {
 
     // ---- time
 
-    bool set_up(double start) noexcept {
-        if (!std::isfinite(start)) {
-            message(Level::error, "logStatusError", "the start time must be a number, but is %g", start);
+    /// `stop` is infinite where none is given.
+    bool set_up(double start, double stop) noexcept {
+        if (!std::isfinite(start) || !(stop >= start)) {
+            message(Level::error, "logStatusError",
+                    "the start time must be a number up to the stop time, but it is %g and the stop time %g",
+                    start, stop);
             return false;
         }
         moment_.start = moment_.time = start;
@@ -134,8 +145,8 @@ class FmuInstance {
         return true;
     }
 
-    /// The signals at the present time.
-    bool compute() {
+    /// The signals at the present time. Where the step `ends` at once, nobody goes back behind them.
+    bool compute(bool ends = false) {
         if (moment_.is_committed) { // between two steps of a model whose solver is the importer's
             if (is_stale_ && !exchange().compute_signals(model_, own_time())) return fail_of_model();
             is_stale_ = false;
@@ -143,7 +154,7 @@ class FmuInstance {
         }
         if (is_computed_) return true;
         if (!initialize()) return false;
-        if (has_state()) library_.save(model_, before_.data());
+        if (has_state() && !ends) save_model(before_.data());
         is_computed_ = true;
         return library_.output(model_) || fail_of_model();
     }
@@ -167,7 +178,7 @@ class FmuInstance {
         const double period = library_.period, end = moment_.time + step;
         const auto last = std::int64_t(std::floor((end - moment_.start) / period + 1e-6));
         while (library_.steps(model_) < last) {
-            if (!compute()) return false;
+            if (!compute(true)) return false;
             if (!library_.update(model_)) return fail_of_model();
             is_computed_ = false;
             write_later_values();
@@ -260,21 +271,21 @@ class FmuInstance {
     void save(FmuState& to) const {
         to.order = order;
         to.moment = moment_;
-        to.model.resize(library_.snapshot_size);
+        to.model.resize(model_size());
         if (is_computed_)
             std::memcpy(to.model.data(), before_.data(), before_.size());
         else
-            library_.save(model_, to.model.data());
+            save_model(to.model.data());
     }
-    void restore(const FmuState& from) {
+    bool restore(const FmuState& from) {
+        if (host_ && from.moment.is_initialized && !initialize()) return false; // its blocks start
         order = from.order;
         moment_ = from.moment;
         is_computed_ = false;
         is_stale_ = true;
-        library_.restore(model_, from.model.data());
-        remember_states();
+        restore_model(from.model.data());
+        return remember_states();
     }
-    const bf_run_library& library() const noexcept { return library_; }
 
     // ---- messages
 
@@ -321,6 +332,12 @@ class FmuInstance {
 
     /// When the next step of the model is, in its time.
     double due() const noexcept { return double(library_.steps(model_)) * library_.period; }
+    void save_model(unsigned char* to) const noexcept {
+        host_ ? host_->save(model_, to) : library_.save(model_, to);
+    }
+    void restore_model(const unsigned char* from) noexcept {
+        host_ ? host_->restore(model_, from) : library_.restore(model_, from);
+    }
     bool remember_states() {
         states_before_.resize(std::size_t(exchange_.continuous_count));
         return get_states(states_before_.data());
@@ -338,7 +355,7 @@ class FmuInstance {
         if (order.state() == fmi::initialization) {
             moment_.is_initialized = false;
         } else if (has_state()) {
-            library_.restore(model_, before_.data());
+            restore_model(before_.data());
         } else {
             if (!has_warned_)
                 message(Level::warning, "logStatusWarning",
@@ -362,9 +379,10 @@ class FmuInstance {
         finish_writing();
     }
 
-    std::string name_;
+    std::string name_, resources_, folder_; ///< the last one of the model's files
     const Exchange& exchange_;
     const bf_run_library& library_;
+    const FmuHost* host_;
     Log log_;
     bf_run_model* model_ = nullptr;
     std::vector<unsigned char> before_; ///< the model at the begin of the step whose signals were computed

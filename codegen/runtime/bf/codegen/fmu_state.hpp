@@ -25,23 +25,22 @@ struct FmuState {
     std::vector<unsigned char> model;
 
     /// Bytes: which code it is of, how the instance was called, a checksum, then the model.
-    static std::size_t size(const bf_run_library& library) noexcept {
-        return sizeof(Header) + library.snapshot_size;
-    }
-    void serialize(const bf_run_library& library, unsigned char* to) const {
-        Header header{library.fingerprint, model.size(),  0, moment.time, moment.start, moment.is_initialized,
+    static std::size_t size(std::size_t model) noexcept { return sizeof(Header) + model; }
+    void serialize(std::uint64_t fingerprint, unsigned char* to) const {
+        Header header{fingerprint,         model.size(),  0, moment.time, moment.start, moment.is_initialized,
                       moment.is_committed, order.state(), 0};
         header.checksum = checksum(header, model.data());
         std::memcpy(to, &header, sizeof header);
         std::memcpy(to + sizeof header, model.data(), model.size());
     }
     /// Null for bytes that no instance of this FMU and kind made, and for damaged ones.
-    static std::unique_ptr<FmuState> deserialize(const bf_run_library& library, fmi::CallOrder order,
-                                                 const unsigned char* from, std::size_t count) {
+    static std::unique_ptr<FmuState> deserialize(std::uint64_t fingerprint, std::size_t model_size,
+                                                 fmi::CallOrder order, const unsigned char* from,
+                                                 std::size_t count) {
         Header header{};
-        if (count == size(library)) std::memcpy(&header, from, sizeof header);
-        if (header.fingerprint != library.fingerprint || header.size != library.snapshot_size ||
-            !order.is_state(header.state) || header.checksum != checksum(header, from + sizeof header))
+        if (count == size(model_size)) std::memcpy(&header, from, sizeof header);
+        if (header.fingerprint != fingerprint || header.size != model_size || !order.is_state(header.state) ||
+            header.checksum != checksum(header, from + sizeof header))
             return nullptr;
         order.set_state(fmi::State(header.state));
         return std::make_unique<FmuState>(

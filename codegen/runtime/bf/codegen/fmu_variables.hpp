@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <string>
 #include <vector>
 
 namespace bf::generated {
@@ -21,10 +22,21 @@ struct FmuVariable {
     int table; ///< a bf_run_table, or one of the next
     int row;
     FmuSetting setting;
+    bool is_enumeration = false; ///< FMI 3.0 reads and writes these as integers of 64 bits
 };
 
 /// Continuous states, their derivatives, and zero-crossing functions as one vector.
 constexpr int fmu_states = 16, fmu_rates = 17, fmu_crossings = 18;
+
+/// What a model needs whose blocks are made from plugins.
+struct FmuHost {
+    /// Makes the blocks; false, with the model's failure, where it cannot. `folder`, of the FMU's resources
+    /// or empty, becomes that of the model's files and outlives the model.
+    bool (*make)(bf_run_model*, std::string& folder);
+    std::size_t (*snapshot_size)(bf_run_model*); ///< bytes; 0: some block cannot be saved
+    void (*save)(bf_run_model*, unsigned char* to);
+    void (*restore)(bf_run_model*, const unsigned char* from);
+};
 
 /// What an FMU does not know of its model.
 struct FmuTables {
@@ -32,7 +44,8 @@ struct FmuTables {
     const char* token; ///< of the description that belongs to this code
     const FmuVariable* variables;
     int variable_count;
-    const Exchange* exchange; ///< for model exchange
+    const Exchange* exchange; ///< for model exchange, or no_exchange
+    const FmuHost* host;      ///< null: no block is made from a plugin
 };
 
 /// Value references: of FMI 3.0 the number of a variable, of FMI 2.0 that of an element among those of all.
@@ -45,6 +58,7 @@ class FmuVariables {
         FmuSetting setting;
         char* data;
         const char* name;
+        bool is_enumeration = false;
     };
     struct Element {
         int variable, element; ///< the latter row by row
@@ -77,7 +91,7 @@ class FmuVariables {
                 its.table != bf_run_outputs && its.table != bf_run_signals && its.table < fmu_states;
             const FmuSetting setting = can_be_set ? its.setting : FmuSetting::none;
             add({its.table, Type(q.type), q.rows, q.cols, q.rows * q.cols, setting,
-                 static_cast<char*>(q.data), q.path});
+                 static_cast<char*>(q.data), q.path, its.is_enumeration});
         }
         return true;
     }

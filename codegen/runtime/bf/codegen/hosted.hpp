@@ -1,6 +1,8 @@
 // Blocks that a generated program makes through the factory, as the class of the model sees them.
 #pragma once
 
+#include <cstddef>
+
 namespace bf::generated {
 
 class Hosted {
@@ -26,6 +28,11 @@ class Hosted {
     virtual void set(int /*number*/) noexcept {}
     /// A triggered subsystem of that rate runs; its period is the time since it ran before.
     virtual void fire(int rate, double time) noexcept = 0;
+    /// What the blocks hold besides the memory of the model's class: its size in bytes, -1 where some of it
+    /// cannot be saved.
+    virtual std::ptrdiff_t snapshot_size() const noexcept { return -1; }
+    virtual void save(unsigned char* /*to*/) const noexcept {}
+    virtual void restore(const unsigned char* /*from*/) noexcept {}
     /// Why the last call failed, and which block when the call did not name it.
     virtual const char* failure() const noexcept = 0;
     virtual const char* failed_block() const noexcept = 0;

@@ -54,7 +54,8 @@ struct Variable {
     std::vector<double> start = {};   ///< row by row; empty: none is given
     std::string text = {};            ///< the start of a string
     std::optional<double> minimum = {}, maximum = {};
-    int derivative_of = -1; ///< number of the variable whose derivative this is
+    int derivative_of = -1;         ///< number of the variable whose derivative this is
+    std::string declared_type = {}; ///< of an enumeration: the one of Description::enumerations
     int count() const {
         int product = 1;
         for (const int size : dimensions) product *= size;
@@ -80,12 +81,20 @@ struct Interface {
     std::vector<std::string> sources = {}; ///< to compile, of an FMU of FMI 2.0 with sources
 };
 
+/// A type whose values have names.
+struct EnumerationType {
+    std::string name;
+    std::vector<std::pair<double, std::string>> items;
+};
+
 struct Description {
     int version = 3; ///< 2 or 3
     std::string name, token, doc = {}, tool = {};
     std::optional<Interface> co_simulation = {}, model_exchange = {};
     double start = 0;
     std::optional<double> stop = {}, step = {}; ///< s
+    std::vector<EnumerationType> enumerations =
+        {}; ///< written; where a description is read, they are not kept
     std::vector<Variable> variables = {};
     std::vector<Unknown> outputs = {}, derivatives = {}, initial_unknowns = {};
     std::vector<int> indicators = {}; ///< numbers of the variables that are event indicators, of FMI 3.0

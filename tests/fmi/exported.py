@@ -25,10 +25,12 @@ def structured(name):
 
 
 def elements(result, version, name, i):
-    """Of a variable in row i, row by row; FMI 2.0 has one for each."""
+    """Of a variable in row i, column by column as in recordings; FMI 2.0 has one for each, "A[2,1]"."""
     if version == 3:
-        return [float(x) for x in numpy.asarray(result[name][i], dtype=float).flatten()]
-    return [float(result[s][i]) for s in result.dtype.names if s == name or s.startswith(name + "[")]
+        return [float(x) for x in numpy.asarray(result[name][i], dtype=float).flatten(order="F")]
+    its = [s for s in result.dtype.names if s == name or s.startswith(name + "[")]
+    its.sort(key=lambda s: [int(k) for k in s[len(name):].strip("[]").split(",") if k][::-1])
+    return [float(result[s][i]) for s in its]
 
 
 def bits(values):
@@ -43,7 +45,7 @@ with tempfile.TemporaryDirectory() as folder:
     own = read_recording(bf, folder / "own.mcap")
     for version in (2, 3):
         fmu = folder / f"model{version}.fmu"
-        run(bf, "export-fmu", model, *options, "--fmi", version, "-o", fmu)
+        run(bf, "export-fmu", model, *options, "--fmi", version, "-o", fmu, timeout=600)
         run(bf, "check-fmu", fmu)
         problems = fmpy.validation.validate_fmu(str(fmu))
         assert problems == [], problems

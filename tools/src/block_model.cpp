@@ -12,6 +12,13 @@ bool is_of_model(const std::string& name) {
     return false;
 }
 
+/// Without places, as no file says it.
+[[noreturn]] void refuse(const ExaminedModel& model) {
+    auto diagnostics = model.diagnostics;
+    for (auto& one : diagnostics) one.where = {};
+    throw model::Errors(std::move(diagnostics));
+}
+
 } // namespace
 
 LoadedModel block_as_model(const ModelOptions& options) {
@@ -42,8 +49,8 @@ LoadedModel block_as_model(const ModelOptions& options) {
             others.push_back(given);
     }
     const std::filesystem::path file = std::filesystem::absolute(model.name + ".yaml");
-    auto alone = examine(model, file);
-    if (alone.diagram.nodes.empty()) throw model::Errors(std::move(alone.diagnostics));
+    const auto alone = examine(model, file);
+    if (alone.diagram.nodes.empty()) refuse(alone);
     for (const auto& slot : alone.diagram.nodes.front().block->resolution().slots)
         for (const auto& [role, ports] :
              {std::pair{Role::input, &model.root.inputs}, std::pair{Role::output, &model.root.outputs}})
@@ -62,7 +69,9 @@ LoadedModel block_as_model(const ModelOptions& options) {
         else
             block.settings.push_back({given.name, model::Expression{given.text}});
     }
-    return load(model, file, of_model);
+    auto found = examine(model, file, of_model);
+    if (!found.diagnostics.empty()) refuse(found);
+    return found;
 }
 
 } // namespace bf::tools

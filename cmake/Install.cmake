@@ -52,7 +52,7 @@ target_compile_options(bf_core INTERFACE $<INSTALL_INTERFACE:-ffp-contract=off>)
 target_compile_definitions(bf_core INTERFACE
     $<INSTALL_INTERFACE:EIGEN_MAX_ALIGN_BYTES=16> $<INSTALL_INTERFACE:EIGEN_MALLOC_ALREADY_ALIGNED=1>)
 
-install(TARGETS bf_base bf_core bf_kernels bf_matlab bf_blocks bf EXPORT BlockFactory
+install(TARGETS bf_base bf_core bf_kernels bf_matlab bf_charts bf_blocks bf EXPORT BlockFactory
     RUNTIME DESTINATION bin LIBRARY DESTINATION lib ARCHIVE DESTINATION lib INCLUDES DESTINATION include)
 install(TARGETS bf_program bf_elaborate bf_model bf_yaml EXPORT BlockFactoryElaborate
     ARCHIVE DESTINATION lib INCLUDES DESTINATION include)

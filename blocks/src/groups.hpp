@@ -23,6 +23,7 @@ void add_logic(Library& library);
 void add_edges(Library& library);
 void add_bits(Library& library);
 void add_checks(Library& library);
+void add_state_machine(Library& library);
 void add_discontinuities(Library& library);
 void add_discrete(Library& library);
 void add_integrators(Library& library);

@@ -38,7 +38,16 @@ void begin_terms(Type real) {
 }
 Type real_type() { return type_of_reals(); }
 
+namespace {
+/// The run of a kernel that is under way: what it compares may follow from constants alone.
+Trace*& running() {
+    thread_local Trace* trace = nullptr;
+    return trace;
+}
+} // namespace
+
 TermPtr term(Term t) {
+    if (t.argument >= 0) running() = t.trace;
     std::string text = std::to_string(static_cast<int>(t.kind)) + t.op;
     if (t.kind == TermKind::conversion && t.type) text += name(*t.type);
     for (const auto& x : t.of) {
@@ -154,7 +163,7 @@ bool Symbol::compared(const char* op, const Symbol& x, const Symbol& y) {
                : o == "<=" ? a->value <= b->value
                : o == ">=" ? a->value >= b->value
                            : a->value != b->value;
-    Trace* const trace = trace_of(a, b);
+    Trace* const trace = trace_of(a, b) ? trace_of(a, b) : running();
     assert(trace && "kernels compare operands");
     const auto type = common_type(a, b);
     if (type && is_whole(*type) && a->key == b->key)

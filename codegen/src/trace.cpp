@@ -206,10 +206,22 @@ std::vector<std::optional<Type>> types_of_computation(std::string_view name,
 
 } // namespace
 
+namespace {
+/// Charts with states in states go more ways than equations have room for.
+bool has_hierarchy(std::string_view kernel, const std::vector<Argument>& arguments) {
+    if (kernel == k::Chart::name) return true;
+    if (kernel != k::StateMachine::name && kernel != k::ChartUpdate::name) return false;
+    return std::none_of(arguments.begin(), arguments.end(), [](const Argument& a) {
+        return a.values.size() > k::chart::head_size && a.values[k::chart::is_flat] != 0;
+    });
+}
+} // namespace
+
 std::optional<Traced> trace(std::string_view name, const std::vector<Argument>& arguments, int list_from,
                             int list_size, std::size_t most_terms) {
     const auto* const kernel = find_kernel<Symbol>(name);
     const int operands = static_cast<int>(arguments.size()) - (list_from >= 0 ? list_size - 1 : 0);
+    if (has_hierarchy(name, arguments)) return {};
     if (!kernel || operands != kernel->operands || (kernel->list != ListOperand::none) != (list_from >= 0))
         return {};
     const bool is_single = std::any_of(arguments.begin(), arguments.end(),

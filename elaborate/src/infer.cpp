@@ -78,6 +78,7 @@ class Spreading {
                 check_declared(declared);
                 keep_names(declared);
             }
+        keep_value_names();
         if (e_.report.is_empty())
             for (auto& condition : e_.diagram.conditions)
                 for (const auto& outlet : condition.outlets) check_initial(outlet);
@@ -140,6 +141,21 @@ class Spreading {
         for (const auto& [name, value] : declared.enumeration->fields())
             named.names.emplace_back(value.scalar(), name);
         e_.diagram.enumerated.push_back(std::move(named));
+    }
+
+    /// Of outputs whose numbers stand for names.
+    void keep_value_names() {
+        for (int n = 0; n < static_cast<int>(e_.diagram.nodes.size()); ++n) {
+            const auto& slots = e_.resolution(n).slots;
+            for (int i = 0; i < static_cast<int>(slots.size()); ++i) {
+                const Slot& slot = slots[static_cast<std::size_t>(i)];
+                if (slot.role != Role::output || slot.value_names.empty()) continue;
+                EnumeratedSignal named{{n, i}, {}};
+                for (const auto& name : slot.value_names)
+                    named.names.emplace_back(static_cast<double>(named.names.size() + 1), name);
+                e_.diagram.enumerated.push_back(std::move(named));
+            }
+        }
     }
 
     static std::vector<double> values_of(const std::vector<double>& initial) {

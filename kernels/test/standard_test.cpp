@@ -82,60 +82,6 @@ TEST(Decisions, TheFirstOfSeveralThatIsTrueOrEqual) {
     EXPECT_EQ(elements(AlwaysTrue{}, 1, V{0}), D{1});
 }
 
-/// A machine that is stepped as its block is: outputs, then the update.
-struct Machine {
-    Eigen::MatrixXd transitions;
-    double state = 0, entry = 0, started = 0, in_state = 0, entered = 0;
-
-    void step(double t, std::initializer_list<double> conditions) {
-        const double period = 0.1, old_state = state, old_entry = entry, was_started = started;
-        const V initial{1}, list(conditions);
-        StateMachine{}(View<double>(&state, 1), View<double>(&in_state, 1), View<double>(&entered, 1),
-                       view(transitions), *initial, View<const double>(&old_state, 1),
-                       View<const double>(&old_entry, 1), View<const double>(&was_started, 1), *V{t},
-                       *V{period}, *list);
-        const double now = state, new_entered = entered;
-        StateMachineUpdate{}(View<double>(&state, 1), View<double>(&entry, 1), View<double>(&started, 1),
-                             View<const double>(&now, 1), View<const double>(&new_entered, 1),
-                             View<const double>(&old_entry, 1), *V{t});
-    }
-};
-
-TEST(StateMachines, TakeTheFirstTransitionWhoseConditionHoldsAfterItsTime) {
-    Machine m;
-    m.transitions.resize(3, 4);
-    m.transitions << 1, 2, 1, 0.3, // from 1 to 2 on condition 1, not before 0.3 s
-        2, 1, 2, 0, 2, 3, 0, 0.5;  // back on condition 2 at once, else on to 3 after 0.5 s
-    m.step(0, {1, 0});
-    EXPECT_EQ(m.state, 1);
-    EXPECT_EQ(m.entered, 1) << "the first step enters the initial state";
-    EXPECT_EQ(m.in_state, 0);
-    for (int k = 1; k < 3; ++k) {
-        m.step(k * 0.1, {1, 0});
-        EXPECT_EQ(m.state, 1) << k;
-        EXPECT_EQ(m.entered, 0) << k;
-        EXPECT_NEAR(m.in_state, k * 0.1, 1e-15) << k;
-    }
-    m.step(3 * 0.1, {1, 0});
-    EXPECT_EQ(m.state, 2) << "0.3 s are over";
-    EXPECT_EQ(m.entered, 1);
-    EXPECT_EQ(m.in_state, 0);
-    EXPECT_EQ(m.entry, 3 * 0.1);
-    m.step(0.4, {0, 1});
-    EXPECT_EQ(m.state, 1) << "the first one in the list that holds";
-    m.step(0.8, {1, 0});
-    EXPECT_EQ(m.state, 2);
-    for (int k = 9; k < 13; ++k) {
-        m.step(k * 0.1, {1, 0});
-        EXPECT_EQ(m.state, 2) << k;
-    }
-    m.step(1.3, {0, 0});
-    EXPECT_EQ(m.state, 3) << "condition 0 always holds";
-    m.step(9, {1, 1});
-    EXPECT_EQ(m.state, 3) << "nothing leads out of it";
-    EXPECT_NEAR(m.in_state, 7.7, 1e-12);
-}
-
 /// value and passed after samples of two elements, one at each second.
 template <CheckKind kind>
 std::pair<double, double> checked(std::initializer_list<std::pair<double, double>> samples, double from = 0,

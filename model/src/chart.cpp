@@ -138,6 +138,8 @@ std::size_t required_place(const std::string& text, std::size_t count, const cha
 
 Chart read_chart(const Block& block) {
     Chart chart;
+    if (block.find_setting(chart_setting))
+        throw Defect{chart_setting, "its states have states inside", "edit the `chart` in the file"};
     chart.states = states_of(block);
     const std::size_t count = chart.states.size();
     const std::string text = text_of(block, transitions_setting), initial = text_of(block, initial_setting);

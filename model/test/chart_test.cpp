@@ -53,6 +53,9 @@ TEST(Chart, IsNotKnownWhereSettingsHaveToBeEvaluated) {
     for (const char* states : {"{'a', 'b', 'c'}", "[]", "names(1)"})
         EXPECT_FALSE(chart_of(*find(machine(rows, states), "machine"))) << states;
     EXPECT_FALSE(chart_of(Block{.name = "g", .type = "Gain"}));
+    Model model = machine();
+    find(model, "machine")->settings.push_back({.name = "chart", .value = {.text = "{\"states\": {}}"}});
+    EXPECT_FALSE(chart_of(*find(model, "machine"))) << "it has states in states";
 }
 
 TEST(Chart, StatesAreAddedRenamedAndRemovedWithTheirTransitions) {

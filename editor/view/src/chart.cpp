@@ -1,6 +1,8 @@
 #include "chart.hpp"
 
+#include "bf/base/names.hpp"
 #include "bf/base/numbers.hpp"
+#include "bf/charts/chart.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -55,6 +57,52 @@ model::Chart chart_of(const model::Block& block, const DiagramNode* node) {
             {place(entry(0)), place(entry(1)), number_text(entry(2)), number_text(entry(3))});
     }
     return chart;
+}
+
+std::optional<Level> level_of(const model::Block& block, const std::string& folder,
+                              const std::string& inside) {
+    const model::Setting* const setting = block.find_setting(model::chart_setting);
+    if (!model::has_chart(block) || !setting) return {};
+    try {
+        const charts::Chart document = charts::read(setting->value.text, folder);
+        const charts::State* around = &document.root;
+        for (std::string rest = inside; !rest.empty();) {
+            const std::string name = rest.substr(0, rest.find('.'));
+            rest.erase(0, name.size() + 1);
+            const auto found = std::ranges::find(around->states, name, &charts::State::name);
+            if (found == around->states.end()) return {};
+            around = &*found;
+        }
+        if (around->states.empty()) return {};
+        Level level;
+        for (const auto& state : around->states) {
+            level.chart.states.push_back(state.name);
+            level.have_states.push_back(!state.states.empty());
+        }
+        // The state of this level that a path leads into.
+        const auto place_of = [&](const std::string& path) -> std::optional<std::size_t> {
+            const auto rest = inside.empty() ? std::optional("." + path) : rest_under(path, inside);
+            if (!rest || rest->empty()) return {};
+            const std::string name = rest->substr(1, rest->find('.', 1) - 1);
+            const auto found = std::ranges::find(level.chart.states, name);
+            if (found == level.chart.states.end()) return {};
+            return static_cast<std::size_t>(found - level.chart.states.begin());
+        };
+        if (!around->initial.empty())
+            level.chart.initial =
+                place_of(inside.empty() ? around->initial[0] : inside + "." + around->initial[0]).value_or(0);
+        for (const auto& arc : charts::arcs(document)) {
+            const auto from = place_of(arc.from);
+            const bool is_of_this_level =
+                from && arc.from == (inside.empty() ? "" : inside + ".") + level.chart.states[*from];
+            for (const std::string& goal : arc.to.empty() ? std::vector{arc.from} : arc.to)
+                if (const auto to = place_of(goal); from && to && (*from != *to || is_of_this_level))
+                    level.chart.transitions.push_back({*from, *to, charts::label_of(*arc.transition), "0"});
+        }
+        return level;
+    } catch (const charts::Refused&) {
+        return {};
+    }
 }
 
 std::vector<std::string> condition_names(const model::Block& block, const model::System& system,

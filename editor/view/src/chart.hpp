@@ -6,6 +6,7 @@
 #include "bf/view/drawing.hpp"
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,17 @@ using FindNode = std::function<const DiagramNode*(const std::string& block)>;
 
 /// Of the block's settings, or of their values where these are expressions; empty where neither is known.
 model::Chart chart_of(const model::Block& block, const DiagramNode* node);
+
+/// One level of a chart with states in states: the states within one of them, and what leads from one to
+/// another, from or to their insides, too.
+struct Level {
+    model::Chart chart; ///< the conditions of its transitions are their labels
+    std::vector<bool> have_states;
+};
+/// `inside` is the path of the state, empty for the chart itself. None where the block has no such chart, or
+/// a wrong one.
+std::optional<Level> level_of(const model::Block& block, const std::string& folder,
+                              const std::string& inside);
 
 /// What drives each element of the input `conditions`, as far as a Mux gathers them: "is_touching", "u(2)".
 std::vector<std::string> condition_names(const model::Block& block, const model::System& system,

@@ -138,7 +138,8 @@ class Drawer {
         drawing.signals = carried_;
         for (std::size_t rate = 0; rate < diagram_.rates.size(); ++rate)
             drawing.rates.push_back(rate_text(diagram_, static_cast<int>(rate)));
-        if (place_.machine) drawing.active = joined(path_, "state");
+        if (place_.machine && !place_.machine->find_setting(model::chart_setting))
+            drawing.active = joined(path_, "state");
         add_wires(drawing);
         for (const Item& item : items_) {
             Element& element = drawing.elements.emplace_back(finished(item));
@@ -326,20 +327,20 @@ class Drawer {
             return found == nodes_.end() ? nullptr : found->second;
         };
         const model::Block& machine = *place_.machine;
-        const model::Chart chart = chart_of(machine, find_node(machine.name));
+        const auto level = level_of(machine, folder_of(place_), place_.state);
+        const model::Chart chart = level ? level->chart : chart_of(machine, find_node(machine.name));
         const auto conditions = condition_names(machine, *place_.system, diagram_, find_node);
         std::vector<std::size_t> inputs(chart.states.size()), outputs(chart.states.size());
         for (const auto& transition : chart.transitions) {
             const std::size_t from = outputs[transition.from]++, to = inputs[transition.to]++;
             nets_.push_back({{transition.from, from}, {{transition.to, to}}});
-            labels_.push_back(label_of(transition, conditions));
+            labels_.push_back(level ? transition.condition : label_of(transition, conditions));
         }
-        for (Net& net : nets_)
-            net.from.pin += inputs[net.from.box]; // pins of outputs come after those of inputs
+        for (Net& net : nets_) net.from.pin += inputs[net.from.box]; // outputs come after inputs
         for (std::size_t i = 0; i < chart.states.size(); ++i) {
             const std::string& name = chart.states[i];
             Item item = state_item(name, i == chart.initial, inputs[i], outputs[i], drawn(name));
-            item.element.state = static_cast<int>(i) + 1;
+            if (!level) item.element.state = static_cast<int>(i) + 1;
             add(std::move(item), name, "");
         }
         for (std::size_t t = 0; t < chart.transitions.size(); ++t) {
@@ -372,7 +373,7 @@ class Drawer {
                       (labels_[n].empty() ? "" : ", " + labels_[n]);
         arrow.corners = way.points;
         arrow.bounds = around(way.points);
-        arrow.state = static_cast<int>(nets_[n].from.box) + 1;
+        arrow.state = items_[nets_[n].from.box].element.state;
         arrow.shapes = arrow_along(way.points);
         return arrow;
     }

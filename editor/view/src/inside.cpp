@@ -10,6 +10,11 @@ namespace bf::editor {
 
 using model::joined;
 
+std::string folder_of(const Inside& place) {
+    const std::string file = place.file ? *place.file : "";
+    return file.find('/') == file.npos ? "" : file.substr(0, file.rfind('/'));
+}
+
 Inside inside(const model::Model& model, const std::string& path) {
     Inside place{&model.root, &model.layout, "", model.where.file};
     std::string rest = path, here;
@@ -17,7 +22,16 @@ Inside inside(const model::Model& model, const std::string& path) {
         const std::string name = rest.substr(0, rest.find('.'));
         rest.erase(0, name.size() + 1);
         here = joined(here, name);
-        const model::Block* block = place.machine ? nullptr : place.system->find_block(name);
+        if (place.machine) {
+            place.state = joined(place.state, name);
+            if (!level_of(*place.machine, folder_of(place), place.state))
+                throw model::Errors(
+                    {{place.machine->where, here, "there is no state of that path with states inside",
+                      "look at the chart"}});
+            place.path = joined(place.path, name);
+            continue;
+        }
+        const model::Block* block = place.system->find_block(name);
         const model::System* content = block ? block->content() : nullptr;
         if (block && model::has_chart(*block))
             place.machine = block;
@@ -49,7 +63,12 @@ std::vector<std::string> conditions_of(const model::Model& model, const std::str
 
 bool may_draw(const model::Model& model, const std::string& system) {
     const model::Block* const block = system.empty() ? nullptr : model::find(model, system);
-    return system.empty() || (block && (block->content() || model::has_chart(*block)));
+    if (system.empty() || (block && (block->content() || model::has_chart(*block)))) return true;
+    try {
+        return !inside(model, system).state.empty();
+    } catch (const model::Errors&) {
+        return false;
+    }
 }
 
 } // namespace bf::editor

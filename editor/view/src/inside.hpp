@@ -16,7 +16,11 @@ struct Inside {
     std::string path;
     std::shared_ptr<const std::string> file; ///< null: it was never read from one
     const model::Block* machine = nullptr;
+    std::string state = {}; ///< of the machine's chart: the one whose states are meant
 };
+
+/// Of the file.
+std::string folder_of(const Inside& place);
 
 /// Throws model::Errors where there is neither.
 Inside inside(const model::Model& model, const std::string& path);

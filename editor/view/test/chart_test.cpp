@@ -142,6 +142,34 @@ TEST(DrawChart, StatesAreFlippedAndTurnedWithTheirTransitions) {
     }
 }
 
+TEST(DrawChart, ShowsStatesWithinStatesLevelByLevel) {
+    const auto model = bf::formats::read_yaml_text(
+        "model: m\nstep: 0.1\nblocks:\n  machine:\n    block: StateMachine\n    chart:\n      events: [stop, "
+        "go]\n"
+        "      variables: [n]\n      states:\n        off: {transitions: [{to: last, on: go}]}\n"
+        "        on:\n          initial: b\n          transitions: [{to: off, on: stop}]\n          states:\n"
+        "            last: {history: shallow, to: b}\n"
+        "            a: {transitions: [{to: b, if: n > 2, after: 0.5, do: n = 0}, {every: 1, do: n = n + "
+        "1}]}\n"
+        "            b: {transitions: [{to: off, on: go}]}\n");
+    const auto texts = [&](const std::string& system) {
+        std::string all;
+        for (const auto& element : drawn(model, system).elements)
+            if (element.kind == Element::Kind::wire)
+                all += element.from + " > " + element.to + ": " + written(element) + "\n";
+            else
+                all += element.title + "\n";
+        return all;
+    };
+    EXPECT_EQ(texts("machine"),
+              "off, first state\non, state\noff > on.1: go\non > off.2: stop\non > off.3: go\n");
+    EXPECT_EQ(texts("machine.on"),
+              "last, state\na, state\nb, first state\na > b.1: [n > 2] after 0.5 s / n = 0\n"
+              "a > a.2: every 1 s / n = n + 1\n");
+    EXPECT_EQ(drawn(model, "machine").active, "") << "the number counts states of all levels";
+    EXPECT_THROW(drawn(model, "machine.off"), bf::model::Errors) << "has no states inside";
+}
+
 TEST(DrawChart, AStateMachineIsEnteredAndItsStatesAreNot) {
     const auto model = model_of(cycle);
     EXPECT_EQ(shown(drawn(model, "inner"), "inner.machine").kind, Element::Kind::chart);

@@ -1,8 +1,10 @@
 #include "reader.hpp"
 
 #include "flow.hpp"
+#include "mapping.hpp"
 
 #include "bf/base/numbers.hpp"
+#include "bf/model/chart.hpp"
 #include "bf/model/suggest.hpp"
 
 #include <algorithm>
@@ -153,6 +155,27 @@ Expression Reader::read_rows(const Node& key, const Node& value, const std::stri
     }
     values.push_back({key.line, value.items.empty() ? key.line : value.items.back().line});
     return {.text = "[" + text + "]", .where = at(value), .rows = at(value.items)};
+}
+
+/// The chart of a state machine is a mapping of names to states.
+bool Reader::is_mapping_setting(const Node& block, const Node& key) {
+    for (std::size_t i = 0; i + 1 < block.items.size(); i += 2)
+        if (block.items[i].text == "block")
+            return has_chart({.type = block.items[i + 1].text}) && key.text == chart_setting;
+    return false;
+}
+
+Expression Reader::read_mapping(const Node& key, const Node& value, const std::string& path) {
+    const std::function<void(const Node&)> check = [&](const Node& node) {
+        if (node.is_map())
+            read_entries(node, path, "'" + key.text + "'",
+                         [&](const Node&, const Node& inner) { check(inner); });
+        for (const Node& item : node.items)
+            if (node.is_sequence()) check(item);
+    };
+    check(value);
+    values.push_back({key.line, source_.line_of(value.end > 0 ? value.end - 1 : 0)});
+    return {.text = json_of(value), .where = at(value), .quotes = Quotes::literal};
 }
 
 Expression Reader::read_expression(const Node& key, const Node& value, const std::string& path) {
@@ -411,6 +434,9 @@ Block Reader::read_block(const Node& name, const Node& map, const std::string& p
             block.reference->where = at(value);
         } else if (is_file && key.text == "with")
             block.reference->with = read_variables(value, path);
+        else if (is_library && value.is_map() && is_mapping_setting(map, key))
+            block.settings.push_back(
+                {.name = key.text, .value = read_mapping(key, value, path), .where = at(key)});
         else if (!is_system || !read_system_key(*block.system, ends, key, value, path))
             block.settings.push_back(
                 {.name = key.text, .value = read_expression(key, value, path), .where = at(key)});

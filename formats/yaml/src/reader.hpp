@@ -55,6 +55,8 @@ class Reader {
     std::string read_text(const Node& key, const Node& value, const std::string& path);
     std::size_t read_choice(const Node& key, const Node& value, const std::string& path,
                             const keys::Keys& choices);
+    static bool is_mapping_setting(const Node& block, const Node& key);
+    model::Expression read_mapping(const Node& key, const Node& value, const std::string& path);
     model::Expression read_expression(const Node& key, const Node& value, const std::string& path);
     bool is_cell(const Node& map) const;
     model::Expression read_flow(const Node& value, const std::string& path);

@@ -2,6 +2,7 @@
 #include "content.hpp"
 #include "flow.hpp"
 #include "keys.hpp"
+#include "mapping.hpp"
 #include "printer.hpp"
 #include "scalar.hpp"
 
@@ -49,6 +50,7 @@ Content spelled(const Expression& value) {
 }
 
 Content expression(const Expression& value) {
+    if (is_mapping(value)) return mapping_content(value);
     Content content = spelled(value);
     content.value = &value;
     return content;

@@ -1,6 +1,7 @@
 // Calls every kernel with compile-time and with run-time extents and prints the bits of all operands. Built
 // by several compilers and at several levels, the program must print the same text; it returns 1 when the two
 // kinds of extents differ.
+#include "bf/kernels/chart.hpp"
 #include "bf/kernels/continuous.hpp"
 #include "bf/kernels/convert.hpp"
 #include "bf/kernels/discrete.hpp"
@@ -298,14 +299,31 @@ void states() {
     run(Count{}, One<double>(), values<double>(3), values<double>(1), values<bool>(0));
     run(OnDelay{}, One<bool>(), One<double>(), values<double>(0.2), values<double>(0.1), values<double>(0.1),
         values<bool>(1));
-    const auto transitions = values<double>(1, 2, 2, 1, 1, 0, 0.1, 0.3); // from, to, condition, minimum time
-    for (const bool started : {false, true}) {
-        run(StateMachine{}, One<double>(), One<double>(), One<bool>(), transitions, values<double>(1),
-            values<double>(2), values<double>(0.4), values<bool>(started), values<double>(0.7),
-            values<double>(0.1), values<bool>(1));
-        run(StateMachineUpdate{}, One<double>(), One<double>(), One<bool>(), values<double>(2),
-            values<bool>(started), values<double>(0.4), values<double>(0.7));
-    }
+    // {inputs: u, events: go, variables: {n: 1}, states: {a: {exit: n = n*0.1 + u, transitions: [{to: b,
+    // after: 0.3,
+    //  if: u > 0}]}, b: {states: {c: {during: n = sin(n), transitions: [{to: a, on: go}]}, d: {}}}}}
+    const auto chart = values<double>(
+        4, 2, 1, 0, 1, 1, 1, 0, 0, 0, 0, 1, 18, 164, 88, 176, 177, 178, 0, 1, 0, 1, 0, 4, 0, 0, 0, 0, 0, 129,
+        0, 0, 0, 0, 0, 0, 2, 1, 0, 0, 147, 0, 1, 0, 0, 0, 0, 1, 1, 3, 0, 4, 0, 0, 0, 0, 0, 151, 0, 0, 2, 0, 0,
+        0, 4, 3, 0, 160, 0, 1, 1, 0, 0, 0, 2, 0, 0, 0, 0, 4, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 2, 33, 3, 1, 0, 0,
+        1e-06, 0, 3, 2, 0, 35, 0, 0, 33, 0, 0, 0, 0.3, 0, 41, 0, 0, 2, 0, 0, 0, 0, 0, 40, 0, 0, 44, 0, 0, 1,
+        1, 1, 1, 1, 1, 15, 3, 0, 0, 0, 0.1, 0, 35, 0, 0, 2, 0, 0, 33, 0, 0, 1, 0, 0, 131, 1, 3, 6, 3, 0, 0,
+        12, 0, 0, 1, 0, 0, 153, 1, 0, 89, 0, 91, 0, 3, 0, 125, 127, 0, 0, 0, 1);
+    for (const bool started : {false, true})
+        for (const double state : {1., 2.}) {
+            const auto p = values<double>(1), time = values<double>(0.9), period = values<double>(0.1);
+            const auto x = values<double>(state, 3);
+            const auto memory = values<double>(0.4, 0.4, 0.7);
+            const auto was = values<bool>(started);
+            const auto u = random<List<double, 2, 1>>();
+            run(StateMachine{}, One<double>(), One<double>(), One<bool>(), chart, p, x, memory, was, time,
+                period, u);
+            run(Chart{}, One<double>(), One<double>(), One<bool>(), One<double>(), chart, p, x, memory, was,
+                time, period, u);
+            run(ChartUpdate{}, Array<double, 2>(), Array<double, 3>(), One<bool>(), chart, p, x, memory, was,
+                time, period, u);
+            run(ActiveStates{}, Array<bool, 4>(), chart, p);
+        }
     for (const double which : {0., 1., 2.}) {
         run(IsFirst{}, One<bool>(), values<double>(which), random<List<bool, 2, 1>>());
         run(IsCase{}, One<bool>(), values<double>(which), values<double>(3, -1), values<double>(-1.7));

@@ -2,6 +2,7 @@
 // symbols, on numbers with a derivative.
 #pragma once
 
+#include "bf/kernels/chart.hpp"
 #include "bf/kernels/continuous.hpp"
 #include "bf/kernels/discrete.hpp"
 #include "bf/kernels/events.hpp"
@@ -53,15 +54,15 @@ using Plain = Kernels<
     k::PoseFromRotationPosition, k::PosePosition, k::PoseRotation, k::PoseComposition, k::PoseInverse,
     k::AnyPositive, k::TruthTable, k::MatrixProduct, k::ScalarOrMatrixProduct, k::StateSpace, k::Transpose,
     k::Diagonal, k::DiagonalOf, k::Identity, k::SumOfColumns, k::SumOfRows, k::Norm1, k::Norm2, k::NormInf,
-    k::CumulativeSum, k::Sort, k::FindFirst, k::LookUpRow, k::Assert, k::Count, k::OnDelay, k::StateMachine,
-    k::StateMachineUpdate, k::IsCase, k::AlwaysTrue, k::Wave, k::WithinCycle, k::JKFlipFlop, k::Chirp,
-    k::StoppedState, k::StoppedSide, k::BegunState, k::SwitchedMode, k::Margin, k::PositiveSign,
-    k::StopMargins, k::Check<k::CheckKind::always>, k::Check<k::CheckKind::final>,
-    k::Check<k::CheckKind::maximum>, k::Check<k::CheckKind::minimum>, k::Check<k::CheckKind::rms>,
-    k::Check<k::CheckKind::mean>>;
-using OfLists = Kernels<k::Sum, k::ElementProduct, k::MinimumOfList, k::MaximumOfList, k::And, k::Or, k::Nand,
-                        k::Nor, k::Xor, k::Xnor, k::Concatenate, k::ConcatenateVertically, k::BlockDiagonal,
-                        k::MultiportSwitch, k::IsFirst, k::Expression>;
+    k::CumulativeSum, k::Sort, k::FindFirst, k::LookUpRow, k::Assert, k::Count, k::OnDelay, k::ActiveStates,
+    k::IsCase, k::AlwaysTrue, k::Wave, k::WithinCycle, k::JKFlipFlop, k::Chirp, k::StoppedState,
+    k::StoppedSide, k::BegunState, k::SwitchedMode, k::Margin, k::PositiveSign, k::StopMargins,
+    k::Check<k::CheckKind::always>, k::Check<k::CheckKind::final>, k::Check<k::CheckKind::maximum>,
+    k::Check<k::CheckKind::minimum>, k::Check<k::CheckKind::rms>, k::Check<k::CheckKind::mean>>;
+using OfLists =
+    Kernels<k::Sum, k::ElementProduct, k::MinimumOfList, k::MaximumOfList, k::And, k::Or, k::Nand, k::Nor,
+            k::Xor, k::Xnor, k::Concatenate, k::ConcatenateVertically, k::BlockDiagonal, k::MultiportSwitch,
+            k::IsFirst, k::Expression, k::StateMachine, k::Chart, k::ChartUpdate>;
 using ToLists = Kernels<k::Split>;
 } // namespace detail::by_name
 

@@ -70,48 +70,6 @@ struct OnDelay {
     }
 };
 
-/// State machine: from state x, entered at time `entry`, the first transition [from to condition
-/// minimum_time] (M × 4, column by column) whose condition is true after the minimum time is taken at once.
-/// Before the first step (started = 0) the state is `initial`. Conditions count from 1; 0 is always true.
-struct StateMachine {
-    static constexpr const char* name = "bf::kernels::StateMachine{}";
-    template <class T> static constexpr bool accepts = is_any<T>;
-    template <class Y, class S, class E, class M, class I, class X, class N, class B, class T, class P,
-              class C>
-    constexpr void operator()(const Y& state, const S& time_in_state, const E& entered, const M& transitions,
-                              const I& initial, const X& x, const N& entry, const B& started, const T& time,
-                              const P& period, const C& conditions) const noexcept {
-        const int count = transitions.size() / 4;
-        state[0] = started[0] ? x[0] : initial[0];
-        entered[0] = !started[0];
-        time_in_state[0] = started[0] ? time[0] - entry[0] : Element<S>(0);
-        for (int i = 0; i < count; ++i) {
-            const int condition = static_cast<int>(transitions[i + 2 * count]);
-            // Times are sums of periods, rounded: a millionth of a period does not make a step late.
-            if (transitions[i] == state[0] &&
-                time_in_state[0] + Element<P>(1e-6) * period[0] >= transitions[i + 3 * count] &&
-                (condition == 0 || conditions[condition - 1] != 0)) {
-                state[0] = transitions[i + count];
-                time_in_state[0] = 0;
-                entered[0] = true;
-                return;
-            }
-        }
-    }
-};
-
-/// Next states of the state machine from its outputs.
-struct StateMachineUpdate {
-    static constexpr const char* name = "bf::kernels::StateMachineUpdate{}";
-    template <class X, class N, class B, class Y, class E, class O, class T>
-    constexpr void operator()(const X& x, const N& entry, const B& started, const Y& state, const E& entered,
-                              const O& old_entry, const T& time) const noexcept {
-        x[0] = state[0];
-        entry[0] = entered[0] ? time[0] : old_entry[0];
-        started[0] = true;
-    }
-};
-
 /// y: element `which` of the list, from 0, is the first one that is true; after the last one: none is.
 struct IsFirst {
     static constexpr const char* name = "bf::kernels::IsFirst{}";

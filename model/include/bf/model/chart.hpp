@@ -27,6 +27,9 @@ struct Chart {
     std::string name_of(std::size_t transition) const;
 };
 
+/// The setting that holds a chart with states in states; the block then has no `states` and `transitions`.
+inline constexpr const char* chart_setting = "chart";
+
 /// Whether the block is a `StateMachine`.
 bool has_chart(const Block& block);
 

@@ -1,0 +1,24 @@
+// Actions as lists of statements.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace bf::charts {
+
+struct Statement {
+    enum class Kind { assign, raise, send, cancel, if_, elseif, else_, end };
+    Kind kind = Kind::assign;
+    std::string name = {};    ///< of the variable or event
+    std::string formula = {}; ///< value, delay or condition
+};
+
+/// Throws std::invalid_argument with what is wrong.
+std::vector<Statement> statements_of(const std::string& action);
+
+/// Where an assignment's or event's name stands alone: letters, digits and `_`, for events `.`, too.
+bool is_identifier(const std::string& text, bool may_have_dots = false);
+
+std::string trimmed(const std::string& text);
+
+} // namespace bf::charts

@@ -1,0 +1,217 @@
+#include "machine.hpp"
+
+#include <array>
+#include <cmath>
+#include <random>
+
+namespace bf::charts::test {
+namespace {
+
+Machine machine(const std::string& text) { return Machine(lower(read(text, ""))); }
+
+std::string refusal(const std::string& text) {
+    try {
+        lower(read(text, ""));
+    } catch (const Refused& refused) {
+        std::string all;
+        for (const auto& problem : refused.problems()) all += (all.empty() ? "" : "\n") + problem;
+        return all;
+    }
+    return "nothing";
+}
+
+/// The rule of flat machines, as it is written down: the first row that leaves the state, whose condition
+/// holds and whose time is over, at most one in a step.
+struct Rows {
+    std::vector<std::array<double, 4>> rows;
+    double state = 1, entry = 0, in_state = 0;
+    bool is_started = false, was_entered = false;
+
+    void step(double time, double period, const Numbers& conditions) {
+        was_entered = !is_started;
+        in_state = is_started ? time - entry : 0;
+        if (!is_started) entry = time;
+        is_started = true;
+        for (const auto& [from, to, condition, minimum] : rows)
+            if (from == state && in_state + 1e-6 * period >= minimum &&
+                (condition == 0 || conditions[static_cast<std::size_t>(condition) - 1] != 0)) {
+                state = to;
+                entry = time;
+                in_state = 0;
+                was_entered = true;
+                return;
+            }
+    }
+};
+
+TEST(Charts, FlatMachinesAreRowsThatAreTriedInTheirOrder) {
+    std::mt19937 random(5);
+    const auto pick = [&](int n) { return static_cast<double>(random() % static_cast<unsigned>(n)); };
+    for (int trial = 0; trial < 100; ++trial) {
+        const int states = 1 + static_cast<int>(pick(6)), count = static_cast<int>(pick(12));
+        Rows rows;
+        Numbers numbers(static_cast<std::size_t>(4 * count));
+        for (int i = 0; i < count; ++i) {
+            rows.rows.push_back({1 + pick(states), 1 + pick(states), pick(4), 0.1 * pick(5)});
+            for (int column = 0; column < 4; ++column)
+                numbers[static_cast<std::size_t>(i + column * count)] =
+                    rows.rows.back()[static_cast<std::size_t>(column)];
+        }
+        std::vector<std::string> names;
+        for (int s = 1; s <= states; ++s) names.push_back("state " + std::to_string(s));
+        Machine machine(lower_flat(names, numbers));
+        for (int k = 0; k < 60; ++k) {
+            const Numbers conditions{pick(2), pick(2), pick(2)};
+            machine.inputs = {conditions};
+            EXPECT_TRUE(machine.step(0.1 * k));
+            rows.step(0.1 * k, 0.1, conditions);
+            ASSERT_EQ(machine.state[0], rows.state) << trial << " " << k;
+            ASSERT_EQ(machine.time_in_state[0], rows.in_state);
+            ASSERT_EQ(machine.entered[0], rows.was_entered);
+        }
+    }
+}
+
+TEST(Charts, EnterAndLeaveStatesInStates) {
+    Machine m = machine(R"({"variables": {"n": 0, "trace": 0}, "states": {
+        "idle": {"entry": "n = n + 1", "exit": "trace = 10*trace + 1", "transitions": [{"to": "run", "after": 0.2}]},
+        "run": {"entry": "trace = 10*trace + 2", "exit": "trace = 10*trace + 5", "during": "n = n + 10", "states": {
+            "slow": {"entry": "trace = 10*trace + 3", "transitions": [{"to": "fast", "after": "0.2"}]},
+            "fast": {"exit": "trace = 10*trace + 4",
+                     "transitions": [{"to": "idle", "after": 0.1, "do": "trace = 10*trace + 6"}]}}}}})");
+    const std::string expected[] = {"idle", "idle", "slow", "slow", "fast", "idle"};
+    for (int k = 0; k < 6; ++k) {
+        EXPECT_TRUE(m.step(0.1 * k));
+        EXPECT_EQ(m.names(), expected[k]) << k;
+    }
+    EXPECT_EQ(m.values, (Numbers{22, 123456}))
+        << "`during` ran twice, and not in the steps of entry and exit";
+}
+
+TEST(Charts, TakeOneTransitionInAStepAndSeeEventsInTheNextOne) {
+    Machine m = machine(R"({"events": ["go"], "states": {
+        "a": {"transitions": [{"to": "b", "on": "go"}]}, "b": {"entry": "raise on", "transitions": ["c"]},
+        "c": {"transitions": [{"to": "d", "on": "on"}, {"to": "e"}]}, "d": {}, "e": {}}})");
+    std::string seen;
+    for (int k = 0; k < 6; ++k) {
+        m.inputs = {{k == 2 ? 1. : 0.}};
+        EXPECT_TRUE(m.step(0.1 * k));
+        seen += m.names();
+    }
+    EXPECT_EQ(seen, "aabcee") << "the event lasts one step, in which the way to c is taken";
+}
+
+TEST(Charts, RegionsRunAtOnceAndTellEachOther) {
+    Machine m = machine(R"({"states": {"walk": {"regions": {
+        "left": {"states": {"stance": {"transitions": [{"to": "swing", "if": "right.stance", "after": 0.1}]},
+                            "swing": {"transitions": [{"to": "stance", "after": 0.2, "do": "raise down"}]}}},
+        "right": {"states": {"stance": {"transitions": [{"to": "swing", "on": "down"}]},
+                             "swing": {"transitions": [{"to": "stance", "after": 0.2}]}}}}}}})");
+    std::string seen;
+    for (int k = 0; k < 7; ++k) {
+        EXPECT_TRUE(m.step(0.1 * k));
+        seen += (k ? "\n" : "") + m.names();
+    }
+    EXPECT_EQ(seen,
+              "walk left.stance right.stance\nwalk left.swing right.stance\nwalk left.swing right.stance\n"
+              "walk left.stance right.stance\nwalk left.swing right.swing\nwalk left.swing right.swing\n"
+              "walk left.stance right.stance")
+        << "walk.left.stance is called by as much of its path as no other state has";
+}
+
+TEST(Charts, HistoriesRememberAndTimersCount) {
+    const auto seen = [](const std::string& kind) {
+        Machine m = machine(R"({"events": ["stop", "go"], "variables": ["ticks"], "states": {
+            "on": {"transitions": [{"to": "off", "on": "stop"}, {"every": 0.2, "do": "ticks = ticks + 1"}], "states": {
+                "h": {"history": ")" +
+                            kind + R"(", "to": "a"},
+                "a": {"transitions": [{"to": "b", "after": 0.1}]},
+                "b": {"states": {"b1": {"transitions": [{"to": "b2", "after": 0.1}]}, "b2": {}}}}},
+            "off": {"transitions": [{"to": "h", "on": "go"}]}}})");
+        std::string all;
+        for (int k = 0; k < 9; ++k) {
+            m.inputs = {{k == 3 ? 1. : 0.}, {k == 4 ? 1. : 0.}};
+            EXPECT_TRUE(m.step(0.1 * k));
+            all += m.names() + " ";
+        }
+        return all + std::to_string(static_cast<int>(m.values[0]));
+    };
+    EXPECT_EQ(seen("deep"), "a b1 b2 off b2 b2 b2 b2 b2 2");
+    EXPECT_EQ(seen("shallow"), "a b1 b2 off b1 b2 b2 b2 b2 2");
+}
+
+TEST(Charts, EveryCountsPeriodsWhateverTheStep) {
+    for (const double T : {0.1, 0.3, 0.25, 0.7}) {
+        Machine m = machine(R"({"parameters": ["T"], "variables": ["n"], "states": {
+            "s": {"transitions": [{"every": "T", "do": "n = n + 1"}]}}})");
+        m.p = {T};
+        for (int k = 0; k <= 100; ++k) {
+            EXPECT_TRUE(m.step(0.1 * k));
+            EXPECT_EQ(m.values[0], std::floor((0.1 * k + 1e-7) / T)) << T << " " << k;
+        }
+    }
+}
+
+TEST(Charts, JunctionsAreOneTransitionForEachWay) {
+    Machine m = machine(R"({"inputs": ["u"], "variables": ["n"], "states": {
+        "a": {"transitions": [{"to": "j", "if": "u > 0", "do": "n = n + 1"}]},
+        "j": {"junction": true, "transitions": [{"to": "b", "if": "u > 10"}, {"to": "k", "do": "n = n + 10"}]},
+        "k": {"junction": true, "transitions": [{"to": "c", "if": "u > 5", "do": "n = n + 100"}]},
+        "b": {}, "c": {}}})");
+    for (const double u : {0., 3., 7.}) {
+        EXPECT_EQ(m.names(), u == 0 ? "-" : "a") << "no way leads through, so that nothing is done";
+        m.inputs = {{u}};
+        EXPECT_TRUE(m.step(0.1 * u));
+    }
+    EXPECT_EQ(m.names(), "c");
+    EXPECT_EQ(m.values[0], 111);
+}
+
+TEST(Charts, TellsWhereAStepDoesNotEnd) {
+    Machine m = machine(R"({"run_to_completion": true, "states": {"a": {"transitions": ["b"]},
+                                                                   "b": {"transitions": ["a"]}}})");
+    EXPECT_FALSE(m.step(0));
+    Machine events = machine(R"({"run_to_completion": true, "variables": ["n"], "states": {
+        "a": {"entry": "raise x; raise x", "transitions": [{"on": "x", "do": "raise x; raise x"}]}}})");
+    EXPECT_FALSE(events.step(0));
+}
+
+TEST(Charts, NameWhatIsWrongWithStateAndTransition) {
+    EXPECT_EQ(refusal("chart"),
+              "'chart' is no chart; write it as a mapping, `chart: {states: {...}}`, or as JSON");
+    EXPECT_EQ(refusal("{}"), "the chart has no states; write `states: {idle: {}}`");
+    EXPECT_EQ(refusal(R"({"states": {"a": {"entri": "x = 1"}}})"),
+              "state 'a' has no 'entri'; did you mean 'entry'?");
+    EXPECT_EQ(refusal(R"({"states": {"idle": {"transitions": [{"to": "rum", "if": "1"}]}, "run": {}}})"),
+              "state 'idle', transition 1 (to 'rum'): there is no state 'rum'; did you mean 'run'?");
+    EXPECT_EQ(
+        refusal(
+            R"({"states": {"a": {"transitions": [{"to": "a", "if": "sped > 1"}]}}, "inputs": ["speed"]})"),
+        "state 'a', transition 1 (to 'a'), if: 'sped > 1', character 1: unknown variable or "
+        "function 'sped'; formulas know time_in_state, time, period, the names of states, speed");
+    EXPECT_EQ(refusal(R"({"states": {"a": {"entry": "m = 1"}}, "variables": ["n"]})"),
+              "state 'a', entry: there is no variable 'm' to assign to; did you mean 'n'?");
+    EXPECT_EQ(refusal(R"({"states": {"a": {"entry": "go faster"}}})"),
+              "state 'a', entry: 'go faster' is no statement; write `variable = formula`, `raise event`, "
+              "`send event "
+              "after formula`, `cancel event` or `if formula`");
+    EXPECT_EQ(
+        refusal(R"({"states": {"a": {"transitions": [{"to": "b", "on": "go"}]}, "b": {}}})"),
+        "state 'a', transition 1 (to 'b'): nothing is the event 'go'; name it among the 'events', which are "
+        "inputs, or raise it in an action");
+    EXPECT_EQ(
+        refusal(
+            R"({"states": {"j": {"junction": true, "transitions": ["j"]}, "a": {"transitions": ["j"]}}})"),
+        "state 'a', transition 1 (to 'j'): leads in a circle through state 'j'");
+    EXPECT_EQ(refusal(R"({"states": {"p": {"regions": {"x": {"states": {"x1": {}, "x2": {}}}, "y": {}}},
+                                     "a": {"transitions": [{"to": ["x1", "x2"]}]}}})"),
+              "state 'a', transition 1 (to 'x1 x2'): state 'p.x.x1' and state 'p.x.x2' are never active at "
+              "once; goals "
+              "lie in different regions");
+    EXPECT_EQ(
+        refusal(R"({"states": {"a": {"transitions": [{"after": 1}], "entry": "if n"}}, "variables": ["n"]})"),
+        "state 'a', entry: an `if` has no `end`");
+}
+
+} // namespace
+} // namespace bf::charts::test

@@ -1,4 +1,6 @@
-// Exact linearisation beside central differences of the same blocks.
+// Exact linearisation beside central differences of the same blocks, and the gradient of a run beside the
+// run.
+#include "bf/analysis/gradient.hpp"
 #include "bf/analysis/linearize.hpp"
 #include "bf/blocks/standard.hpp"
 #include "bf/elaborate/elaborate.hpp"
@@ -8,6 +10,7 @@
 #include <benchmark/benchmark.h>
 
 #include <memory>
+#include <stdexcept>
 #include <string>
 
 namespace {
@@ -48,8 +51,29 @@ void linearize_icub(benchmark::State& state, bool by_differences) {
     run.stop();
 }
 
+/// 1 s of the closed loop of examples/cart_pole, and its gradient by the four gains that centre it.
+void gradient_cartpole(benchmark::State& state, bool is_gradient) {
+    const auto loaded = bf::load(BF_SOURCE_DIRECTORY "/examples/cart_pole/model.yaml");
+    bf::Simulation run(loaded.diagram);
+    run.start();
+    const bf::analysis::GradientOptions options{
+        .by = {"controller.centring.K"}, .cost = "controller.distance", .duration = 1};
+    for (auto _ : state)
+        if (is_gradient) {
+            benchmark::DoNotOptimize(bf::analysis::gradient(run, options));
+        } else {
+            run.start();
+            if (!run.run_until(1)) throw std::runtime_error(run.failure());
+        }
+}
+
 const bool added = [] {
     using benchmark::RegisterBenchmark;
+    for (const bool is_gradient : {true, false})
+        RegisterBenchmark(is_gradient ? "analysis.gradient_cartpole/gradient"
+                                      : "analysis.gradient_cartpole/run",
+                          gradient_cartpole, is_gradient)
+            ->Unit(benchmark::kMillisecond);
     for (const bool by_differences : {false, true}) {
         const std::string how = by_differences ? "differences" : "exact";
         RegisterBenchmark(("analysis.linearize_1000/" + how).c_str(), linearize_1000, by_differences)

@@ -1,5 +1,8 @@
 #include "differential.hpp"
 
+#include "bf/core/changes.hpp"
+#include "formulas.hpp"
+
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -26,14 +29,39 @@ void write_real(void* data, Type type, int i, double value) {
 
 } // namespace
 
+void Slopes::clear() {
+    seeds.clear();
+    values.resize(values.rows(), 0);
+}
+
+void Slopes::assign(const Eigen::Ref<const Rows>& all, const std::vector<int>* numbers) {
+    std::vector<char> moves(static_cast<std::size_t>(all.cols()));
+    for (Eigen::Index e = 0; e < all.rows(); ++e) {
+        const double* const row = all.data() + e * all.outerStride();
+        for (std::size_t c = 0; c < moves.size(); ++c) moves[c] |= row[c] != 0;
+    }
+    std::vector<int> kept;
+    for (int c = 0; c < all.cols(); ++c)
+        if (moves[static_cast<std::size_t>(c)]) kept.push_back(c);
+    if (static_cast<Eigen::Index>(kept.size()) == all.cols())
+        values = all;
+    else
+        values = all(Eigen::all, kept);
+    if (numbers)
+        for (int& c : kept) c = (*numbers)[static_cast<std::size_t>(c)];
+    seeds = std::move(kept);
+}
+
+Slopes::Rows Slopes::spread(int elements, int columns) const {
+    Rows all = Rows::Zero(elements, columns);
+    for (std::size_t c = 0; c < seeds.size() && seeds[c] < columns; ++c)
+        all.col(seeds[c]) = values.col(static_cast<Eigen::Index>(c));
+    return all;
+}
+
 Differential::Differential(Simulation& run, int seeds, bool by_differences)
     : d_(run.diagram()), context_(run.context()), by_differences_(by_differences), seeds_(seeds) {
     int count = 0;
-    const auto reserve = [&](int elements) {
-        const int first = count;
-        count += elements;
-        return first;
-    };
     for (int n = 0; n < static_cast<int>(d_.nodes.size()); ++n) {
         auto& places = places_.emplace_back();
         const auto& sources = d_.nodes[static_cast<std::size_t>(n)].sources;
@@ -42,23 +70,23 @@ Differential::Differential(Simulation& run, int seeds, bool by_differences)
             Place place{.count = slot.size.count(), .is_real = is_real(slot.type)};
             const bool is_wired = slot.role == Role::input && s < sources.size() && sources[s].node >= 0;
             if (slot.role != Role::parameter && slot.role != Role::guard && !is_wired)
-                place.first = place.own = reserve(place.count);
-            if (slot.role == Role::discrete_state) place.next = reserve(place.count);
-            if (slot.role == Role::continuous_state) place.rate = reserve(place.count);
+                place.first = place.own = count++;
+            if (slot.role == Role::discrete_state) place.next = count++;
+            if (slot.role == Role::continuous_state) place.rate = count++;
             places.push_back(place);
         }
     }
-    int unknowns = 0;
     for (const auto& loop : d_.plan.loops) {
-        first_unknown_.push_back(seeds + unknowns);
-        for (const auto& end : loop.unknowns) unknowns += d_.slot(end).size.count();
+        first_unknown_.push_back(columns());
+        for (const auto& end : loop.unknowns) unknowns_ += d_.slot(end).size.count();
     }
-    constexpr double most_numbers = 5e8;
-    if (static_cast<double>(count) * (seeds + unknowns) > most_numbers)
-        throw RunError("the derivatives of " + std::to_string(count) + " elements by " +
-                       std::to_string(seeds) +
-                       " states and inputs do not fit into memory; linearise a subsystem of the model");
-    rows_ = Rows::Zero(count, seeds + unknowns);
+    constexpr double most_numbers = 2.5e8;
+    if (static_cast<double>(columns()) * columns() > most_numbers)
+        throw RunError(
+            "a linear system of " + std::to_string(columns()) +
+            " states, inputs and unknowns of algebraic loops does not fit into memory; linearise a "
+            "subsystem of the model");
+    slopes_.resize(static_cast<std::size_t>(count));
     for (const int node : context_.devices()) devices_.insert(node);
 }
 
@@ -74,43 +102,40 @@ const Differential::Place& Differential::place(const Node::End& end) const {
     return places_[static_cast<std::size_t>(from.node)][static_cast<std::size_t>(from.slot)];
 }
 
-Eigen::Block<Differential::Rows> Differential::rows(const Node::End& end) {
-    return rows_.block(place(end).first, 0, place(end).count, seeds_);
+Differential::Rows Differential::rows(const Node::End& end) const {
+    return seeded(place(end).first, place(end).count);
 }
-Eigen::Block<Differential::Rows> Differential::computed(const Node::End& signal) {
-    return rows_.block(place(signal).own, 0, place(signal).count, seeds_);
+Differential::Rows Differential::computed(const Node::End& signal) const {
+    return seeded(place(signal).own, place(signal).count);
 }
-Eigen::Block<Differential::Rows> Differential::next(const Node::End& state) {
-    return rows_.block(place(state).next, 0, place(state).count, seeds_);
+Differential::Rows Differential::next(const Node::End& state) const {
+    return seeded(place(state).next, place(state).count);
 }
-Eigen::Block<Differential::Rows> Differential::rate(const Node::End& state) {
-    return rows_.block(place(state).rate, 0, place(state).count, seeds_);
+Differential::Rows Differential::rate(const Node::End& state) const {
+    return seeded(place(state).rate, place(state).count);
 }
+void Differential::set(const Node::End& end, const Rows& rows) { slopes(place(end).first).assign(rows); }
 
-void Differential::at(const Node::End& signal, std::function<void(Eigen::Block<Rows>)> change) {
+void Differential::at(const Node::End& signal, std::function<void(Rows&)> change) {
     auto& its = places_[static_cast<std::size_t>(signal.node)][static_cast<std::size_t>(signal.slot)];
     if (its.own == its.first) {
-        its.own = static_cast<int>(rows_.rows());
-        rows_.conservativeResizeLike(Rows::Zero(its.own + its.count, rows_.cols()));
+        its.own = static_cast<int>(slopes_.size());
+        slopes_.emplace_back();
     }
     changes_[{signal.node, signal.slot}] = std::move(change);
 }
 
 void Differential::change(int node, int slot) {
     const auto& its = places_[static_cast<std::size_t>(node)][static_cast<std::size_t>(slot)];
-    auto rows = rows_.block(its.first, 0, its.count, rows_.cols());
-    rows = rows_.middleRows(its.own, its.count).eval();
+    Rows rows = slopes(its.own).spread(its.count, columns());
     changes_.at({node, slot})(rows);
+    slopes(its.first).assign(rows);
 }
 
-int Differential::row_read(int node, int slot) const {
+int Differential::read_by(int node, int slot) const {
     const auto from = origin({node, slot});
     const auto& its = place(from);
     return from.node == node && from.slot == slot ? its.own : its.first;
-}
-
-bool Differential::is_zero(int row, int count) const {
-    return (rows_.middleRows(row, count).array() == 0).all();
 }
 
 bool Differential::is_active(int condition) const {
@@ -147,8 +172,7 @@ void Differential::outputs(const Runs& runs) {
 void Differential::updates(const Runs& runs) {
     for (const auto& places : places_)
         for (const auto& place : places)
-            if (place.next >= 0)
-                rows_.middleRows(place.next, place.count) = rows_.middleRows(place.first, place.count).eval();
+            if (place.next >= 0) slopes(place.next) = slopes(place.first);
     for (const auto& segment : d_.plan.updates) run(segment, Phase::update, runs);
 }
 
@@ -179,7 +203,7 @@ void Differential::run(const Activity& activity, Phase phase, const Runs& runs) 
         if (end.first != node) continue;
         const auto& its = places_[static_cast<std::size_t>(node)][static_cast<std::size_t>(end.second)];
         for (const auto& part : written)
-            if (part.row == its.own) this->change(node, end.second);
+            if (part.slopes == its.own) this->change(node, end.second);
     }
 }
 
@@ -192,14 +216,15 @@ void Differential::solve(const Loop& loop, const Runs& runs) {
     int unknowns = 0;
     for (const auto& end : loop.unknowns) {
         const auto& its = place(end);
-        rows_.middleRows(its.first, its.count).setZero();
-        for (int i = 0; i < its.count; ++i) rows_(its.first + i, column + unknowns++) = 1;
+        Rows own = Rows::Zero(its.count, columns());
+        for (int i = 0; i < its.count; ++i) own(i, column + unknowns++) = 1;
+        slopes(its.first).assign(own);
     }
     for (const auto& segment : loop.outputs) run(segment, Phase::output, runs);
-    Matrix f(unknowns, rows_.cols());
+    Matrix f(unknowns, columns());
     int i = 0;
     for (const auto& end : loop.unknowns) {
-        f.middleRows(i, place(end).count) = rows_.middleRows(place(end).first, place(end).count);
+        f.middleRows(i, place(end).count) = slopes(place(end).first).spread(place(end).count, columns());
         i += place(end).count;
     }
     const Matrix own = Matrix::Identity(unknowns, unknowns) - f.middleCols(column, unknowns);
@@ -212,12 +237,13 @@ void Differential::solve(const Loop& loop, const Runs& runs) {
     const Matrix found = lu.solve(f);
     for (const int node : loop.nodes)
         for (const auto& its : places_[static_cast<std::size_t>(node)])
-            for (const int row : std::set{its.first, its.own}) {
-                if (row < 0) continue;
-                auto rows = rows_.middleRows(row, its.count);
+            for (const int which : std::set{its.first, its.own}) {
+                if (which < 0) continue;
+                Rows rows = slopes(which).spread(its.count, columns());
                 const Matrix by_unknowns = rows.middleCols(column, unknowns);
                 rows.middleCols(column, unknowns).setZero();
                 rows += by_unknowns * found;
+                slopes(which).assign(rows);
             }
 }
 
@@ -225,7 +251,7 @@ void Differential::iterate(const Loop& loop) {
     for (const int node : loop.nodes)
         for (std::size_t s = 0; s < slots_of(d_, node).size(); ++s) {
             const auto& its = place({node, static_cast<int>(s)});
-            if (its.first >= 0 && !is_zero(its.first, its.count))
+            if (its.first >= 0 && !slopes(its.first).is_zero())
                 throw RunError(loop.path +
                                ": an iterating subsystem is not linearised, and what it reads depends on "
                                "the inputs or states; open the path before it (--open), or write the "
@@ -252,11 +278,11 @@ std::vector<Differential::Part> Differential::reads(int node, Phase phase, int i
     const Frame& frame = context_.frame(node);
     const auto add = [&](int slot) {
         const auto& its = place({node, slot});
-        const int row = row_read(node, slot);
-        if (row < 0 || !its.is_real || is_zero(row, its.count)) return;
+        const int read = read_by(node, slot);
+        if (read < 0 || !its.is_real || slopes(read).is_zero()) return;
         for (const auto& part : parts)
-            if (part.row == row) return;
-        parts.push_back({row, frame.now[slot], d_.slot({node, slot}).type, its.count});
+            if (part.slopes == read) return;
+        parts.push_back({read, frame.now[slot], d_.slot({node, slot}).type, its.count});
     };
     if (const Call* rule = call(node, phase, index)) {
         for (const auto& operand : rule->operands)
@@ -309,12 +335,17 @@ void Differential::activity(int node, Phase phase, int index) {
         for (std::size_t s = 0; s < sources.size(); ++s)
             if (sources[s].node >= 0)
                 if (const auto& its = place({node, static_cast<int>(s)});
-                    its.first >= 0 && !is_zero(its.first, its.count))
+                    its.first >= 0 && !slopes(its.first).is_zero())
                     flows_.emplace(sources[s].node, sources[s].slot, node);
-    const auto* kernel = rule && !by_differences_ ? dual_kernel(rule->kernel) : nullptr;
+    const NamedKernel<Dual>* kernel = nullptr;
+    if (rule && !by_differences_) {
+        const auto [known, is_new] = kernels_.emplace(rule->kernel, nullptr);
+        if (is_new) known->second = dual_kernel(rule->kernel);
+        kernel = known->second;
+    }
     if (kernel)
         this->rule(node, phase, *rule, *kernel);
-    else
+    else if (rule || phase != Phase::output || by_differences_ || !declared(node, phase, index))
         by_differences(node, phase, index);
     // One rule may change what another one wrote: each is differentiated at the values that it found.
     const bool has_more =
@@ -329,50 +360,57 @@ const Task& Differential::task(int node, Phase phase, int index) {
     return found->second;
 }
 
-/// Rows of what is written from rows of what is read. `differentiate` gives the derivative along a direction
-/// in all elements that are read: along each of them, or along each seed, whichever is less.
-void Differential::write(int node, const std::vector<Part>& from, const std::vector<Part>& to,
-                         const std::function<void(const Vector&, Vector&)>& differentiate) {
-    int inputs = 0, results = 0;
-    for (const auto& part : from) inputs += part.count;
-    for (const auto& part : to) results += part.count;
-    Matrix read(inputs, rows_.cols());
+Differential::Rows Differential::read(const std::vector<Part>& from, std::vector<int>& seeds) const {
+    int elements = 0;
+    for (const auto& part : from) {
+        elements += part.count;
+        const auto& more = slopes(part.slopes).seeds;
+        std::vector<int> both;
+        std::set_union(seeds.begin(), seeds.end(), more.begin(), more.end(), std::back_inserter(both));
+        seeds = std::move(both);
+    }
+    Rows read = Rows::Zero(elements, static_cast<Eigen::Index>(seeds.size()));
     int i = 0;
     for (const auto& part : from) {
-        read.middleRows(i, part.count) = rows_.middleRows(part.row, part.count);
+        const auto& its = slopes(part.slopes);
+        std::size_t column = 0;
+        for (std::size_t c = 0; c < its.seeds.size(); ++c) {
+            while (seeds[column] != its.seeds[c]) ++column;
+            read.block(i, static_cast<Eigen::Index>(column), part.count, 1) =
+                its.values.col(static_cast<Eigen::Index>(c));
+        }
         i += part.count;
     }
-    std::vector<int> columns;
-    for (int c = 0; c < read.cols(); ++c)
-        if ((read.col(c).array() != 0).any()) columns.push_back(c);
-    const bool by_elements = inputs <= static_cast<int>(columns.size());
-    const int count = by_elements ? inputs : static_cast<int>(columns.size());
-    Matrix slopes(results, count);
-    Vector direction(inputs), slope(results);
-    for (int k = 0; k < count; ++k) {
-        if (by_elements)
-            direction = Vector::Unit(inputs, k);
-        else
-            direction = read.col(columns[static_cast<std::size_t>(k)]);
-        differentiate(direction, slope);
-        slopes.col(k) = slope;
-    }
-    if (!slopes.allFinite())
+    return read;
+}
+
+/// Slopes of what is written from those of what is read. `differentiate` gives the derivatives along
+/// directions in all elements that are read: along each of them, or along each seed, whichever are less.
+bool Differential::write(int node, const std::vector<Part>& from, const std::vector<Part>& to,
+                         const Differentiate& differentiate) {
+    std::vector<int> seeds;
+    const Rows read = this->read(from, seeds);
+    int results = 0;
+    for (const auto& part : to) results += part.count;
+    if (results == 0) return true;
+    const bool by_elements = read.rows() < read.cols();
+    const Matrix directions = by_elements ? Matrix(Matrix::Identity(read.rows(), read.rows())) : Matrix(read);
+    Matrix along = Matrix::Zero(results, directions.cols());
+    if (!differentiate(directions, along)) return false;
+    if (!along.allFinite())
         fail(node, "its derivative is not finite at this operating point (as that of a root at 0); choose "
                    "another one");
-    Rows written = Rows::Zero(results, rows_.cols());
-    if (by_elements)
-        written.noalias() = slopes * read;
-    else
-        for (int k = 0; k < count; ++k) written.col(columns[static_cast<std::size_t>(k)]) = slopes.col(k);
-    i = 0;
+    int i = 0;
     for (const auto& part : to) {
-        if (is_real(part.type))
-            rows_.middleRows(part.row, part.count) = written.middleRows(i, part.count);
+        if (!is_real(part.type))
+            slopes(part.slopes).clear();
+        else if (by_elements)
+            slopes(part.slopes).assign(along.middleRows(i, part.count) * read, &seeds);
         else
-            rows_.middleRows(part.row, part.count).setZero();
+            slopes(part.slopes).assign(along.middleRows(i, part.count), &seeds);
         i += part.count;
     }
+    return true;
 }
 
 void Differential::rule(int node, Phase phase, const Call& call, const NamedKernel<Dual>& kernel) {
@@ -426,44 +464,112 @@ void Differential::rule(int node, Phase phase, const Call& call, const NamedKern
         const Node::End end{node, reference.slot};
         if (is_written) {
             const auto& its = places_[static_cast<std::size_t>(node)][slot];
-            const int row = reference.source == Call::Source::next   ? its.next
-                            : reference.source == Call::Source::rate ? its.rate
-                                                                     : its.own;
-            if (row >= 0) {
-                written.push_back({row, nullptr, type, its.count});
+            const int of = reference.source == Call::Source::next   ? its.next
+                           : reference.source == Call::Source::rate ? its.rate
+                                                                    : its.own;
+            if (of >= 0) {
+                written.push_back({of, nullptr, type, its.count});
                 results.push_back(k);
             }
         }
         if (reference.source != Call::Source::slot) continue;
         const auto& its = place(end);
-        const int row = row_read(node, reference.slot);
-        if (row < 0 || !its.is_real || is_zero(row, its.count)) continue;
+        const int of = read_by(node, reference.slot);
+        if (of < 0 || !its.is_real || slopes(of).is_zero()) continue;
         // What a rule writes it reads only where rules share a workspace.
         if (is_written && slots[slot].role != Role::workspace) continue;
         operand.from = inputs;
         inputs += its.count;
-        read.push_back({row, nullptr, type, its.count});
+        read.push_back({of, nullptr, type, its.count});
     }
     if (read.empty()) {
-        for (const auto& part : written) rows_.middleRows(part.row, part.count).setZero();
+        for (const auto& part : written) slopes(part.slopes).clear();
         return;
     }
     const auto values = operands;
-    write(node, read, written, [&](const Vector& direction, Vector& slopes) {
-        for (std::size_t k = 0; k < operands.size(); ++k)
-            for (std::size_t e = 0; e < operands[k].numbers.size(); ++e) {
-                auto& number = operands[k].numbers[e] = values[k].numbers[e];
-                if (operands[k].from >= 0) number.slope = direction[operands[k].from + static_cast<int>(e)];
-            }
+    const auto run = [&] {
         Dual::is_at_corner = false;
         if (!kernel.run(views.data(), {list.data(), static_cast<int>(list.size())}))
             fail(node,
                  "it fails at this operating point, so that it has no derivative there; choose another one");
         if (Dual::is_at_corner) kinks_.insert(node);
-        int i = 0;
+    };
+    /// f(its number, its row) of all elements of what is read, or written.
+    const auto for_each_read = [&](auto&& f) {
+        for (auto& operand : operands)
+            for (std::size_t e = 0; operand.from >= 0 && e < operand.numbers.size(); ++e)
+                f(operand.numbers[e], operand.from + static_cast<Eigen::Index>(e));
+    };
+    const auto for_each_result = [&](auto&& f) {
+        Eigen::Index row = 0;
         for (const std::size_t k : results)
-            for (const auto& number : operands[k].numbers)
-                slopes[i++] = number.slope != 0 && std::isnan(number.value) ? number.value : number.slope;
+            for (const auto& number : operands[k].numbers) f(number, row++);
+    };
+    write(node, read, written, [&](const Matrix& directions, Matrix& slopes) {
+        std::vector<RuleOperand> whole;
+        for (std::size_t k = 0; list.empty() && k < views.size(); ++k)
+            whole.push_back({views[k], operands[k].from});
+        if (by_formula(call.kernel, whole, directions, slopes)) return true;
+        if (call.is_move) { // the kernel itself tells from where each result is
+            for_each_read(
+                [](Dual& number, Eigen::Index row) { number.slope = {static_cast<double>(row + 1)}; });
+            run();
+            for_each_result([&](const Dual& number, Eigen::Index row) {
+                if (number.slope[0] != 0)
+                    slopes.row(row) = directions.row(static_cast<Eigen::Index>(number.slope[0]) - 1);
+            });
+            return true;
+        }
+        for (Eigen::Index first = 0; first < directions.cols(); first += Dual::directions) {
+            const auto count = std::min<Eigen::Index>(Dual::directions, directions.cols() - first);
+            for (const std::size_t k : results) operands[k].numbers = values[k].numbers;
+            for_each_read([&](Dual& number, Eigen::Index row) {
+                for (Eigen::Index c = 0; c < Dual::directions; ++c)
+                    number.slope[static_cast<std::size_t>(c)] = c < count ? directions(row, first + c) : 0;
+            });
+            run();
+            for_each_result([&](const Dual& number, Eigen::Index row) {
+                for (Eigen::Index c = 0; c < count; ++c) {
+                    const double slope = number.slope[static_cast<std::size_t>(c)];
+                    slopes(row, first + c) = slope != 0 && std::isnan(number.value) ? number.value : slope;
+                }
+            });
+        }
+        return true;
+    });
+}
+
+/// By what the block says of its method `output`.
+bool Differential::declared(int node, Phase phase, int index) {
+    const auto* block =
+        dynamic_cast<const Differentiable*>(d_.nodes[static_cast<std::size_t>(node)].block.get());
+    if (!block) return false;
+    const auto from = reads(node, phase, index), to = writes(node, phase, index);
+    if (from.empty()) return false;
+    return write(node, from, to, [&](const Matrix& directions, Matrix& slopes) {
+        const auto count = static_cast<int>(slots_of(d_, node).size());
+        Changes changes(count, static_cast<int>(directions.cols()));
+        for (int s = 0; s < count; ++s) {
+            const auto& its = place({node, s});
+            const Role role = d_.slot({node, s}).role;
+            if (role == Role::output) changes.at(s) = Matrix::Zero(its.count, directions.cols());
+            if (role != Role::input && !is_state(role)) continue;
+            int row = 0;
+            for (const auto& part : from) {
+                if (part.slopes == read_by(node, s)) changes.at(s) = directions.middleRows(row, part.count);
+                row += part.count;
+            }
+        }
+        if (!block->directional_derivative(Now(context_.frame(node)), changes)) return false;
+        if (changes.has_corner()) kinks_.insert(node);
+        int i = 0;
+        for (int s = 0; s < count; ++s)
+            if (const auto& its = places_[static_cast<std::size_t>(node)][static_cast<std::size_t>(s)];
+                d_.slot({node, s}).role == Role::output && its.own >= 0) {
+                slopes.middleRows(i, its.count) = changes.at(s);
+                i += its.count;
+            }
+        return true;
     });
 }
 
@@ -495,7 +601,7 @@ void Differential::bend(int node, const Vector& direction, double step, double p
 void Differential::by_differences(int node, Phase phase, int index) {
     const auto from = reads(node, phase, index), to = writes(node, phase, index);
     if (from.empty()) {
-        for (const auto& part : to) rows_.middleRows(part.row, part.count).setZero();
+        for (const auto& part : to) slopes(part.slopes).clear();
         return;
     }
     for (std::size_t a = 0; a < from.size(); ++a)
@@ -541,7 +647,7 @@ void Differential::by_differences(int node, Phase phase, int index) {
     };
     Vector here;
     bool has_here = false;
-    write(node, from, to, [&](const Vector& direction, Vector& slopes) {
+    const auto along = [&](const Vector& direction, Vector& slopes) {
         if (here.size() == 0) {
             here.resize(slopes.size());
             has_here = evaluate(direction, 0, here);
@@ -573,6 +679,14 @@ void Differential::by_differences(int node, Phase phase, int index) {
                        "another "
                        "one");
         }
+    };
+    write(node, from, to, [&](const Matrix& directions, Matrix& slopes) {
+        Vector slope(slopes.rows());
+        for (Eigen::Index c = 0; c < directions.cols(); ++c) {
+            along(directions.col(c), slope);
+            slopes.col(c) = slope;
+        }
+        return true;
     });
     restore();
 }

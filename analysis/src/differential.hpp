@@ -14,24 +14,40 @@
 
 namespace bf::analysis {
 
-/// Each element of each signal and state has a row: its derivatives by the seeds. A pass goes through the
-/// blocks in their order, as a step does; rows of what does not run in it stay as they are.
+/// Derivatives of the elements of one quantity by those seeds on which it depends: a diagram has many seeds,
+/// and most of it hangs on few of them.
+struct Slopes {
+    using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+    std::vector<int> seeds; ///< ascending
+    Rows values;            ///< a row per element, a column per entry of `seeds`
+
+    bool is_zero() const { return seeds.empty(); }
+    void clear();
+    /// From all columns, of which those of zeros are left out; `numbers`: the seeds that they are, or null.
+    void assign(const Eigen::Ref<const Rows>& all, const std::vector<int>* numbers = nullptr);
+    Rows spread(int elements, int columns) const; ///< to all columns
+};
+
+/// Each signal and state has its slopes. A pass goes through the blocks in their order, as a step does;
+/// slopes of what does not run in it stay as they are.
 class Differential {
   public:
-    using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+    using Rows = Slopes::Rows;
 
     Differential(Simulation& run, int seeds, bool by_differences);
 
-    /// The rows of a signal or state; of an input those of what it reads.
-    Eigen::Block<Rows> rows(const Node::End& end);
-    Eigen::Block<Rows> computed(const Node::End& signal); ///< before what `at` does to it
-    Eigen::Block<Rows> next(const Node::End& state);      ///< of a discrete state, after `update`
-    Eigen::Block<Rows> rate(const Node::End& state);      ///< of a continuous state, after `derivatives`
+    /// The derivatives of a signal or state by all seeds; of an input those of what it reads.
+    Rows rows(const Node::End& end) const;
+    Rows computed(const Node::End& signal) const; ///< before what `at` does to it
+    Rows next(const Node::End& state) const;      ///< of a discrete state, after `update`
+    Rows rate(const Node::End& state) const;      ///< of a continuous state, after `derivatives`
+    void set(const Node::End& end, const Rows& rows);
+    const Slopes& own(const Node::End& signal) const { return slopes(place(signal).own); } ///< `computed`
 
     /// What is done to a signal as soon as it is computed, for those who read it over a wire: adding an
     /// input, cutting. The rows have columns of the unknowns of algebraic loops behind the seeds. A block
     /// that goes on from its own output goes on from what it computed.
-    void at(const Node::End& signal, std::function<void(Eigen::Block<Rows>)> change);
+    void at(const Node::End& signal, std::function<void(Rows&)> change);
 
     int seeds() const { return seeds_; }
 
@@ -40,7 +56,8 @@ class Differential {
     void updates(const Runs& runs);
     void derivatives(const Runs& runs);
 
-    /// Node and slot of signals whose rows are not zero, and the nodes that read them, in the passes so far.
+    /// Node and slot of signals whose slopes are not zero, and the nodes that read them, in the passes so
+    /// far.
     const std::set<std::tuple<int, int, int>>& flows() const { return flows_; }
     const std::set<int>& differenced() const { return differenced_; }
     /// Nodes that were found at a jump or corner.
@@ -49,21 +66,25 @@ class Differential {
 
   private:
     struct Place {
-        int first = -1, next = -1, rate = -1, count = 0;
+        int first = -1, next = -1, rate = -1; ///< among all slopes
         int own = -1;         ///< as the block computed it: `first`, unless something is done to the signal
+        int count = 0;        ///< of elements
         bool is_real = false; ///< numbers that change by little
     };
-    /// Something that an activity reads or writes: its rows and its memory.
+    /// Something that an activity reads or writes: its slopes and its memory.
     struct Part {
-        int row;
+        int slopes;
         void* data;
         Type type;
         int count;
     };
     const Place& place(const Node::End& end) const;
     Node::End origin(const Node::End& end) const;
-    int row_read(int node, int slot) const; ///< by the block itself
-    bool is_zero(int row, int count) const;
+    int read_by(int node, int slot) const; ///< the slopes that the block itself reads
+    Slopes& slopes(int i) { return slopes_[static_cast<std::size_t>(i)]; }
+    const Slopes& slopes(int i) const { return slopes_[static_cast<std::size_t>(i)]; }
+    Rows seeded(int i, int elements) const { return slopes(i).spread(elements, seeds_); }
+    int columns() const { return seeds_ + unknowns_; }
     void run(const Segment& segment, Phase phase, const Runs& runs);
     void run(const Activity& activity, Phase phase, const Runs& runs);
     void change(int node, int slot);
@@ -72,12 +93,16 @@ class Differential {
     bool is_written(int node, Phase phase, const Call::Reference& operand) const;
     void activity(int node, Phase phase, int index);
     void rule(int node, Phase phase, const Call& call, const NamedKernel<Dual>& kernel);
+    bool declared(int node, Phase phase, int index);
     void by_differences(int node, Phase phase, int index);
     template <class Evaluate>
     void bend(int node, const Vector& direction, double step, double precision, const Vector& here,
               const Vector& above, const Vector& below, Evaluate&& evaluate, Vector& slopes);
-    void write(int node, const std::vector<Part>& from, const std::vector<Part>& to,
-               const std::function<void(const Vector& direction, Vector& slopes)>& differentiate);
+    /// The seeds by which any of the parts moves, and by how much: elements × seeds.
+    Rows read(const std::vector<Part>& from, std::vector<int>& seeds) const;
+    using Differentiate = std::function<bool(const Matrix& directions, Matrix& slopes)>;
+    bool write(int node, const std::vector<Part>& from, const std::vector<Part>& to,
+               const Differentiate& differentiate);
     std::vector<Part> reads(int node, Phase phase, int index) const;
     std::vector<Part> writes(int node, Phase phase, int index) const;
     const Task& task(int node, Phase phase, int index);
@@ -87,15 +112,16 @@ class Differential {
     const Diagram& d_;
     Context& context_;
     bool by_differences_;
-    int seeds_;
-    Rows rows_; ///< columns: seeds, then unknowns of algebraic loops
+    int seeds_, unknowns_ = 0;
+    std::vector<Slopes> slopes_; ///< columns: seeds, then unknowns of algebraic loops
     std::vector<std::vector<Place>> places_;
     std::vector<int> first_unknown_; ///< column, by loop
-    std::map<std::pair<int, int>, std::function<void(Eigen::Block<Rows>)>> changes_;
+    std::map<std::pair<int, int>, std::function<void(Rows&)>> changes_;
     std::set<std::tuple<int, int, int>> flows_;
     std::set<int> differenced_, kinks_;
     std::set<int> devices_;
     std::map<std::tuple<int, Phase, int>, Task> tasks_;
+    std::map<std::string_view, const NamedKernel<Dual>*> kernels_;
 };
 
 } // namespace bf::analysis

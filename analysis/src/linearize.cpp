@@ -189,8 +189,9 @@ class Linearization {
     void seed(Differential& differential, int first) {
         int column = 0;
         for (const auto& state : states_) {
-            auto rows = differential.rows(state.end);
+            Rows rows = Rows::Zero(slot(state.end).size.count(), differential.seeds());
             for (const int i : state.elements) rows(i, column++) = 1;
+            differential.set(state.end, rows);
         }
         add_inputs(differential, first);
     }
@@ -209,11 +210,10 @@ class Linearization {
             added[{channel.end.node, channel.end.slot}];
         }
         for (const auto& [end, columns] : added)
-            differential.at({end.first, end.second},
-                            [columns = columns, cut = cut[end]](Eigen::Block<Rows> rows) {
-                                for (const int i : cut) rows.row(i).setZero();
-                                for (const auto& [i, c] : columns) rows(i, c) += 1;
-                            });
+            differential.at({end.first, end.second}, [columns = columns, cut = cut[end]](Rows& rows) {
+                for (const int i : cut) rows.row(i).setZero();
+                for (const auto& [i, c] : columns) rows(i, c) += 1;
+            });
     }
 
     bool is_cut(const Node::End& end, int element) const {
@@ -230,14 +230,13 @@ class Linearization {
     }
 
     Matrix outputs(Differential& differential) const {
-        std::vector<Eigen::RowVectorXd> all;
-        for (const auto& channel : to_)
+        Matrix y(size(to_), differential.seeds());
+        int row = 0;
+        for (const auto& channel : to_) {
+            const Rows computed = differential.computed(channel.end), read = differential.rows(channel.end);
             for (const int i : channel.elements)
-                all.emplace_back((is_cut(channel.end, i) ? differential.computed(channel.end)
-                                                         : differential.rows(channel.end))
-                                     .row(i));
-        Matrix y(static_cast<Eigen::Index>(all.size()), differential.seeds());
-        for (std::size_t i = 0; i < all.size(); ++i) y.row(static_cast<Eigen::Index>(i)) = all[i];
+                y.row(row++) = (is_cut(channel.end, i) ? computed : read).row(i);
+        }
         return y;
     }
 
@@ -312,12 +311,8 @@ class Linearization {
     bool changes_with_inputs(Differential& whole, int node, const std::vector<char>& driven) const {
         for (int s = 0; s < static_cast<int>(slots(node).size()); ++s) {
             if (slot({node, s}).role != Role::output) continue;
-            const auto rows = whole.computed({node, s});
-            for (int c = 0; c < rows.cols(); ++c) {
-                const bool counts =
-                    c >= static_cast<int>(driven.size()) || driven[static_cast<std::size_t>(c)];
-                if (counts && (rows.col(c).array() != 0).any()) return true;
-            }
+            for (const int c : whole.own({node, s}).seeds)
+                if (c >= static_cast<int>(driven.size()) || driven[static_cast<std::size_t>(c)]) return true;
         }
         return false;
     }
@@ -459,12 +454,13 @@ class Linearization {
     void put(Differential& differential, const Matrix& x) const {
         int i = 0, kept = 0;
         for (const auto& state : states_) {
-            auto rows = differential.rows(state.end);
+            Rows rows = differential.rows(state.end);
             for (const int e : state.elements) {
                 if (kept < static_cast<int>(kept_.size()) && kept_[static_cast<std::size_t>(kept)] == i)
                     rows.row(e) = x.row(kept++);
                 ++i;
             }
+            differential.set(state.end, rows);
         }
     }
 

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <numbers>
 #include <unsupported/Eigen/MatrixFunctions>
+#include <utility>
 
 namespace bf::analysis {
 
@@ -22,10 +23,39 @@ void sort(std::vector<Complex>& numbers) {
     });
 }
 
+/// D⁻¹ A D with rows and columns of like size, D of powers of 2: what is fast beside what is slow does not
+/// hide it in rounding. Source: Parlett and Reinsch, Numerische Mathematik 13 (1969).
+Matrix balanced(Matrix A) {
+    bool goes_on = true;
+    for (int round = 0; goes_on && round < 100; ++round) {
+        goes_on = false;
+        for (Eigen::Index i = 0; i < A.rows(); ++i) {
+            const double own = std::abs(A(i, i)), column = A.col(i).cwiseAbs().sum() - own,
+                         row = A.row(i).cwiseAbs().sum() - own;
+            if (!(column > 0) || !(row > 0)) continue;
+            const double factor = std::exp2(std::round(0.5 * std::log2(row / column)));
+            if (!(column * factor + row / factor < 0.95 * (column + row))) continue;
+            A.col(i) *= factor;
+            A.row(i) /= factor;
+            goes_on = true;
+        }
+    }
+    return A;
+}
+
 std::vector<Complex> eigenvalues(const Matrix& A) {
     if (A.rows() == 0) return {};
-    const Eigen::VectorXcd values = A.eigenvalues();
+    const Eigen::VectorXcd values = balanced(A).eigenvalues();
     return {values.data(), values.data() + values.size()};
+}
+
+/// Is there a pole at 0, to rounding?
+bool integrates(const LinearSystem& system) {
+    if (system.A.rows() == 0) return false;
+    const Matrix at_0 = balanced(
+        system.period > 0 ? Matrix(system.A - Matrix::Identity(system.A.rows(), system.A.cols())) : system.A);
+    const auto pivots = at_0.fullPivLu().matrixLU().diagonal().cwiseAbs().eval();
+    return !(pivots.minCoeff() > 1e-13 * pivots.maxCoeff());
 }
 
 /// Where f changes its sign between a and b.
@@ -107,7 +137,10 @@ Complex frequency_response(const LinearSystem& system, int output, int input, do
     return (system.C.row(output).cast<Complex>() * x)(0) + system.D(output, input);
 }
 
-std::vector<double> frequencies(const LinearSystem& system, int output, int input, int count) {
+namespace {
+
+/// From a decade below the roots to one above.
+std::pair<double, double> range(const LinearSystem& system, int output, int input) {
     double low = std::numeric_limits<double>::infinity(), high = 0;
     const auto see = [&](const Complex& root) {
         const Complex s = system.period > 0 ? std::log(root) / system.period : root;
@@ -125,7 +158,42 @@ std::vector<double> frequencies(const LinearSystem& system, int output, int inpu
         high = pi / system.period;
         low = std::min(low, high / 1000);
     }
+    return {low, high};
+}
+
+/// The same, and on to where L is no longer large, and down to where it goes on as it does at 0: a gain
+/// crossover may lie far beyond the poles and zeros.
+std::pair<double, double> range_to_one(const LinearSystem& loop, int output, int input) {
+    constexpr int most_decades = 20;
+    auto [low, high] = range(loop, output, input);
+    const auto size = [&](double w) { return std::abs(frequency_response(loop, output, input, w)); };
+    // Where L goes as a power of the frequency, its next decade tells that it will cross 1.
+    const auto goes_to_one = [&](double w, double next) {
+        return (size(w) > 1 && size(next) < 0.5 * size(w)) || (size(w) < 1 && size(next) > 2 * size(w));
+    };
+    for (int i = 0; i < most_decades && loop.period == 0 && goes_to_one(high, 10 * high); ++i) high *= 10;
+    for (int i = 0; i < most_decades && goes_to_one(low, low / 10); ++i) low /= 10;
+    return {low, high};
+}
+
+/// So many that nothing lies between them, for numbers.
+std::vector<double> densely(const std::pair<double, double>& limits) {
+    constexpr int per_decade = 400;
+    return logarithmic(
+        limits.first, limits.second,
+        static_cast<int>(per_decade * std::max(10.0, std::log10(limits.second / limits.first))));
+}
+
+} // namespace
+
+std::vector<double> frequencies(const LinearSystem& system, int output, int input, int count, bool to_one) {
+    auto [low, high] = range(system, output, input);
     low = std::max(low, high * 1e-8);
+    if (to_one) {
+        const auto wide = range_to_one(system, output, input);
+        if (wide.first < low) low = wide.first / (wide.first < low ? 10 : 1);
+        if (wide.second > high) high = 10 * wide.second;
+    }
     return logarithmic(low, high, count);
 }
 
@@ -172,23 +240,6 @@ LinearSystem closed(const LinearSystem& loop, int output, int input) {
 
 namespace {
 
-/// Frequencies of L up to where it is no longer large, and down to where it goes on as it does at 0: a gain
-/// crossover may lie far beyond the poles and zeros.
-template <class F> std::vector<double> wide(const LinearSystem& loop, int output, int input, F&& L) {
-    constexpr int most_decades = 20, per_decade = 400;
-    const auto usual = frequencies(loop, output, input, 2);
-    double low = usual.front(), high = usual.back();
-    const auto size = [&](double w) { return std::abs(L(w)); };
-    // Where L goes as a power of the frequency, its next decade tells that it will cross 1.
-    const auto goes_to_one = [&](double w, double next) {
-        return (size(w) > 1 && size(next) < 0.5 * size(w)) || (size(w) < 1 && size(next) > 2 * size(w));
-    };
-    for (int i = 0; i < most_decades && loop.period == 0 && goes_to_one(high, 10 * high); ++i) high *= 10;
-    for (int i = 0; i < most_decades && goes_to_one(low, low / 10); ++i) low /= 10;
-    const int count = static_cast<int>(per_decade * std::max(10.0, std::log10(high / low)));
-    return logarithmic(low, high, count);
-}
-
 /// Where f is least between a and b, by golden sections.
 template <class F> double least(F&& f, double a, double b) {
     constexpr double ratio = 0.6180339887498949;
@@ -204,14 +255,13 @@ template <class F> double least(F&& f, double a, double b) {
 Margins margins(const LinearSystem& loop, int output, int input) {
     Margins found;
     const auto L = [&](double w) { return frequency_response(loop, output, input, w); };
-    const auto grid = wide(loop, output, input, L);
+    const auto grid = densely(range_to_one(loop, output, input));
     const auto unit = [&](double w) { return std::abs(L(w)) - 1; };
     const auto real = [&](double w) { return L(w).imag(); };
-    Complex before = L(grid.front());
-    std::size_t nearest = 0; ///< to -1
-    found.modulus = std::abs(1.0 + before);
-    const auto see_gain = [&](double w) {
-        const double k = -1 / L(w).real();
+    const auto distance = [&](double w) { return std::abs(1.0 + L(w)); };
+    const auto see_distance = [&](double d) { found.modulus = std::min(found.modulus, d); };
+    const auto see_gain = [&](double w, double value) {
+        const double k = -1 / value;
         if (!(k > 0)) return;
         if (k > 1 && k < found.gain) {
             found.gain = k;
@@ -220,9 +270,12 @@ Margins margins(const LinearSystem& loop, int output, int input) {
             found.gain_reduction = std::max(found.gain_reduction, k);
         }
     };
-    for (std::size_t i = 1; i < grid.size(); ++i) {
+    std::vector<double> distances;
+    Complex before;
+    double largest = 0;
+    for (std::size_t i = 0; i < grid.size(); ++i) {
         const Complex now = L(grid[i]);
-        if ((std::abs(before) > 1) != (std::abs(now) > 1)) {
+        if (i > 0 && (std::abs(before) > 1) != (std::abs(now) > 1)) {
             const double w = crossing(unit, grid[i - 1], grid[i]);
             const double angle = std::arg(-L(w)) * degrees; // from -1
             const double lag = angle < 0 ? angle + 360 : angle;
@@ -231,35 +284,37 @@ Margins margins(const LinearSystem& loop, int output, int input) {
                 found.phase = angle;
                 found.gain_crossover = w;
             }
+            see_distance(distance(w));
         }
-        if ((before.imag() > 0) != (now.imag() > 0) && before.real() < 0 && now.real() < 0)
-            see_gain(crossing(real, grid[i - 1], grid[i]));
-        if (std::abs(1.0 + now) < found.modulus) {
-            found.modulus = std::abs(1.0 + now);
-            nearest = i;
+        if (i > 0 && (before.imag() > 0) != (now.imag() > 0) && before.real() < 0 && now.real() < 0) {
+            const double w = crossing(real, grid[i - 1], grid[i]);
+            see_gain(w, L(w).real());
         }
+        distances.push_back(std::abs(1.0 + now));
+        see_distance(distances.back());
+        largest = std::max(largest, std::abs(now));
         before = now;
     }
-    const auto distance = [&](double w) { return std::abs(1.0 + L(w)); };
-    found.modulus =
-        least(distance, grid[nearest == 0 ? 0 : nearest - 1], grid[std::min(nearest + 1, grid.size() - 1)]);
-    // At 0, where no pole is, L is real; and so it is far above all poles.
-    const auto all = poles(loop);
-    const double rounding = 1e-9 * (1 + loop.A.norm());
-    if (std::none_of(all.begin(), all.end(),
-                     [&](const Complex& p) { return std::abs(loop.period > 0 ? p - 1.0 : p) < rounding; })) {
-        see_gain(0);
-        found.modulus = std::min(found.modulus, distance(0));
-    }
-    if (loop.period == 0) found.modulus = std::min(found.modulus, std::abs(1 + loop.D(output, input)));
-    if (loop.period > 0 && L(pi / loop.period).real() < 0) see_gain(pi / loop.period);
+    for (std::size_t i = 1; i + 1 < grid.size(); ++i)
+        if (distances[i] <= distances[i - 1] && distances[i] <= distances[i + 1])
+            see_distance(least(distance, grid[i - 1], grid[i + 1]));
+    // At 0, where no pole is, L is real; so it is far above all poles, and at half of the samples' frequency.
+    const auto see_real = [&](double w, double value) {
+        see_distance(std::abs(1 + value));
+        if (std::abs(value) > 1e-9 * largest) see_gain(w, value); // else it is 0 but for rounding
+    };
+    if (!integrates(loop)) see_real(0, L(0).real());
+    if (loop.period == 0)
+        see_real(std::numeric_limits<double>::infinity(), loop.D(output, input));
+    else
+        see_real(pi / loop.period, L(pi / loop.period).real());
     const auto T = closed(loop, output, input);
     found.is_stable = is_stable(T);
     const double dc = std::abs(frequency_response(T, 0, 0, 0));
     if (std::isfinite(dc)) {
         const double limit = dc / std::sqrt(2.0);
         const auto above = [&](double w) { return std::abs(frequency_response(T, 0, 0, w)) - limit; };
-        const auto its = frequencies(T, 0, 0, 4000);
+        const auto its = densely(range(T, 0, 0));
         for (std::size_t i = 1; i < its.size(); ++i)
             if (above(its[i - 1]) > 0 && above(its[i]) <= 0) {
                 found.bandwidth = crossing(above, its[i - 1], its[i]);
@@ -270,50 +325,73 @@ Margins margins(const LinearSystem& loop, int output, int input) {
 }
 
 RootLocus root_locus(const LinearSystem& loop, int output, int input, std::vector<double> gains) {
-    if (gains.empty()) {
+    const LinearSystem one = single(loop, output, input);
+    // Roots at that gain, each of a branch the nearest that is left to where the branch was.
+    const auto roots_at = [&](double k, const std::vector<Complex>* last) {
+        const double gain = k / (1 + k * one.D(0, 0));
+        auto roots = eigenvalues(one.A - gain * one.B * one.C);
+        if (!last) {
+            sort(roots);
+            return roots;
+        }
+        std::vector<Complex> ordered;
+        for (const auto& before : *last) {
+            const auto nearest =
+                std::min_element(roots.begin(), roots.end(), [&](const auto& a, const auto& b) {
+                    return std::abs(a - before) < std::abs(b - before);
+                });
+            ordered.push_back(*nearest);
+            roots.erase(nearest);
+        }
+        return ordered;
+    };
+    RootLocus locus;
+    const bool is_free = gains.empty();
+    if (is_free) {
         // From almost open to where the branches have gone far along their asymptotes.
         gains.push_back(0);
         for (int i = 0; i <= 400; ++i) gains.push_back(std::pow(10, -3 + 6.0 * i / 400));
     }
-    RootLocus locus{std::move(gains), {}};
-    const LinearSystem one = single(loop, output, input);
-    for (const double k : locus.gains) {
-        const double gain = k / (1 + k * one.D(0, 0));
-        auto roots = eigenvalues(one.A - gain * one.B * one.C);
-        if (locus.roots.empty())
-            sort(roots);
-        else {
-            // Each branch goes on with the nearest root that is left.
-            std::vector<Complex> ordered;
-            for (const auto& last : locus.roots.back()) {
-                const auto nearest =
-                    std::min_element(roots.begin(), roots.end(), [&](const auto& a, const auto& b) {
-                        return std::abs(a - last) < std::abs(b - last);
-                    });
-                ordered.push_back(*nearest);
-                roots.erase(nearest);
-            }
-            roots = std::move(ordered);
+    // Where branches meet they move as the root of the gain: there it goes on in shorter steps.
+    constexpr std::size_t most_gains = 3000;
+    double size = 0;
+    for (const auto& root : poles(one)) size = std::max(size, std::abs(root));
+    const auto goes_far = [&](const std::vector<Complex>& a, const std::vector<Complex>& b) {
+        for (std::size_t i = 0; i < a.size(); ++i)
+            if (std::abs(a[i]) < 2 * size && std::abs(a[i] - b[i]) > 0.01 * size) return true;
+        return false;
+    };
+    for (const double k : gains) {
+        if (locus.gains.empty()) {
+            locus.gains.push_back(k);
+            locus.roots.push_back(roots_at(k, nullptr));
+            continue;
         }
-        locus.roots.push_back(std::move(roots));
+        double step = k - locus.gains.back();
+        const double shortest = step / 4096;
+        while (locus.gains.back() < k || step <= 0) {
+            const double next = step <= 0 || step >= k - locus.gains.back() ? k : locus.gains.back() + step;
+            auto roots = roots_at(next, &locus.roots.back());
+            if (is_free && step > shortest && locus.gains.size() < most_gains &&
+                goes_far(locus.roots.back(), roots)) {
+                step /= 2;
+                continue;
+            }
+            locus.gains.push_back(next);
+            locus.roots.push_back(std::move(roots));
+            if (!(step > 0)) break; // gains that were given may repeat, or fall
+            step *= 2;
+        }
     }
     return locus;
 }
 
-StepResponse step_response(const LinearSystem& system, int output, int input, double duration) {
-    const LinearSystem one = single(system, output, input);
+namespace {
+
+StepResponse respond(const LinearSystem& one, double duration) {
     StepResponse found;
     constexpr int samples = 1000;
     const auto all = poles(one);
-    if (duration <= 0) {
-        double slowest = 0; // time constant, of fading or growth
-        for (const auto& p : all) {
-            const double rate = std::abs(one.period > 0 ? std::log(std::abs(p)) / one.period : p.real());
-            if (rate > 1e-9 && std::isfinite(rate)) slowest = std::max(slowest, 1 / rate);
-        }
-        if (slowest == 0) slowest = one.period > 0 ? 10 * one.period : 1;
-        duration = 8 * slowest;
-    }
     const auto n = one.A.rows();
     double step = one.period;
     Matrix A = one.A, B = one.B;
@@ -373,6 +451,26 @@ StepResponse step_response(const LinearSystem& system, int output, int input, do
         } else if (i == 0) {
             found.settling_time = 0;
         }
+    return found;
+}
+
+} // namespace
+
+StepResponse step_response(const LinearSystem& system, int output, int input, double duration) {
+    const LinearSystem one = single(system, output, input);
+    if (duration > 0) return respond(one, duration);
+    double slowest = 0; // time constant, of fading or growth
+    for (const auto& p : poles(one)) {
+        const double rate = std::abs(one.period > 0 ? std::log(std::abs(p)) / one.period : p.real());
+        if (rate > 1e-9 && std::isfinite(rate)) slowest = std::max(slowest, 1 / rate);
+    }
+    if (slowest == 0) slowest = one.period > 0 ? 10 * one.period : 1;
+    auto found = respond(one, 8 * slowest);
+    // A final value that is small beside what fades is come to later.
+    for (int times = 16; std::isfinite(found.final) && found.final != 0 && std::isnan(found.settling_time) &&
+                         times <= 64 && is_stable(one);
+         times *= 2)
+        found = respond(one, times * slowest);
     return found;
 }
 

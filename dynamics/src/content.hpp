@@ -12,11 +12,19 @@
 
 namespace bf::dynamics {
 
+// What is computed of a state is a template over its numbers, so that it is also differentiated by running on
+// numbers with derivatives. The model is constant.
+template <class Number> using Vector3Of = Eigen::Matrix<Number, 3, 1>;
+template <class Number> using Matrix3Of = Eigen::Matrix<Number, 3, 3>;
+template <class Number> using VectorOf = Eigen::Matrix<Number, Eigen::Dynamic, 1>;
+template <class Number> using MatrixOf = Eigen::Matrix<Number, Eigen::Dynamic, Eigen::Dynamic>;
+
 /// Rotation and origin of something, relative to something else.
-struct Pose {
-    Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
-    Eigen::Vector3d translation = Eigen::Vector3d::Zero();
+template <class Number> struct PoseOf {
+    Matrix3Of<Number> rotation = Matrix3Of<Number>::Identity();
+    Vector3Of<Number> translation = Vector3Of<Number>::Zero();
 };
+using Pose = PoseOf<double>;
 
 /// A link relative to the body that carries it.
 struct Placement : Pose {
@@ -24,10 +32,10 @@ struct Placement : Pose {
 };
 
 /// Rigid inertia: about the origin and in the axes that its owner names.
-struct RigidInertia {
+template <class Number> struct RigidInertia {
     double mass = 0.0;
-    Eigen::Vector3d moment = Eigen::Vector3d::Zero(); ///< mass times position of the centre of mass
-    Eigen::Matrix3d rotational = Eigen::Matrix3d::Zero();
+    Vector3Of<Number> moment = Vector3Of<Number>::Zero(); ///< mass times position of the centre of mass
+    Matrix3Of<Number> rotational = Matrix3Of<Number>::Zero();
 
     void operator+=(const RigidInertia& other) {
         mass += other.mass;
@@ -92,22 +100,22 @@ struct Model::Content {
 
 /// A velocity, or what a joint contributes to one: of the point at the base's origin, and angular, world
 /// axes.
-struct Motion {
-    Eigen::Vector3d linear = Eigen::Vector3d::Zero();
-    Eigen::Vector3d angular = Eigen::Vector3d::Zero();
+template <class Number> struct Motion {
+    Vector3Of<Number> linear = Vector3Of<Number>::Zero();
+    Vector3Of<Number> angular = Vector3Of<Number>::Zero();
 };
 
 /// A force and its moment about the base's origin, or a momentum, world axes.
-struct Force {
-    Eigen::Vector3d linear = Eigen::Vector3d::Zero();
-    Eigen::Vector3d angular = Eigen::Vector3d::Zero();
+template <class Number> struct Force {
+    Vector3Of<Number> linear = Vector3Of<Number>::Zero();
+    Vector3Of<Number> angular = Vector3Of<Number>::Zero();
 };
 
 /// What the velocity of bodies adds to the Coriolis matrix, in the axes and about the origin of their
 /// inertia: B = [0, -momentum×; 0, rotational], with B v = v ×* Y v and B + Bᵀ = dY/dt.
-struct InertiaRate {
-    Eigen::Vector3d momentum = Eigen::Vector3d::Zero(); ///< linear
-    Eigen::Matrix3d rotational = Eigen::Matrix3d::Zero();
+template <class Number> struct InertiaRate {
+    Vector3Of<Number> momentum = Vector3Of<Number>::Zero(); ///< linear
+    Matrix3Of<Number> rotational = Matrix3Of<Number>::Zero();
 
     void operator+=(const InertiaRate& other) {
         momentum += other.momentum;
@@ -115,16 +123,17 @@ struct InertiaRate {
     }
 };
 
-struct Data::Content {
-    explicit Content(const Model::Content& model);
+/// A state and what was computed of it.
+template <class Number> struct StateOf {
+    explicit StateOf(const Model::Content& model);
 
     // The state.
-    Eigen::Matrix3d R = Eigen::Matrix3d::Identity(); ///< world from base
-    Eigen::Vector3d p = Eigen::Vector3d::Zero();     ///< origin of the base in the world
-    Eigen::VectorXd s;
-    Eigen::Vector3d p_dot = Eigen::Vector3d::Zero();
-    Eigen::Vector3d omega = Eigen::Vector3d::Zero();
-    Eigen::VectorXd s_dot;
+    Matrix3Of<Number> R = Matrix3Of<Number>::Identity(); ///< world from base
+    Vector3Of<Number> p = Vector3Of<Number>::Zero();     ///< origin of the base in the world
+    VectorOf<Number> s;
+    Vector3Of<Number> p_dot = Vector3Of<Number>::Zero();
+    Vector3Of<Number> omega = Vector3Of<Number>::Zero();
+    VectorOf<Number> s_dot;
 
     // Which of the results below belong to the state.
     bool has_joints = false;
@@ -138,26 +147,34 @@ struct Data::Content {
 
     // The results. By body, where nothing else is said; about the base's origin and in world axes but for the
     // first.
-    std::vector<Pose> in_base;           ///< joints: seen from the base
-    std::vector<Pose> in_world;          ///< kinematics: origins relative to the base's
-    std::vector<Motion> columns;         ///< kinematics: motion per unit of the joint's velocity
-    std::vector<RigidInertia> inertia;   ///< inertia
-    std::vector<RigidInertia> composite; ///< mass: of all that the joint carries
-    Eigen::Vector3d com;                 ///< mass
-    Eigen::MatrixXd M;                   ///< mass
-    Eigen::MatrixXd wide, folded; ///< mass, coriolis: a matrix with followers independent, and half way
-    Eigen::MatrixXd factor;       ///< factor: D and, below, L of M = Lᵀ D L in the order of elimination
-    Eigen::LLT<Eigen::Matrix<double, 6, 6>> base_factor; ///< factor: of what is left for the base
-    int singular = -1;            ///< factor: row of M with no inertia of its own, or none
-    std::vector<Motion> velocity; ///< bias, for p_dot = 0
-    std::vector<Motion>
+    std::vector<PoseOf<Number>> in_base;         ///< joints: seen from the base
+    std::vector<PoseOf<Number>> in_world;        ///< kinematics: origins relative to the base's
+    std::vector<Motion<Number>> columns;         ///< kinematics: motion per unit of the joint's velocity
+    std::vector<RigidInertia<Number>> inertia;   ///< inertia
+    std::vector<RigidInertia<Number>> composite; ///< mass: of all that the joint carries
+    Vector3Of<Number> com;                       ///< mass
+    MatrixOf<Number> M;                          ///< mass
+    MatrixOf<Number> wide, folded; ///< mass, coriolis: a matrix with followers independent, and half way
+    std::vector<Motion<Number>> velocity; ///< bias, for p_dot = 0
+    std::vector<Motion<Number>>
         acceleration; ///< bias, for nu_dot = 0 and p_dot = 0, of a base that accelerates against gravity
-    std::vector<Force> force;         ///< bias: what moves all that the joint carries
-    Eigen::VectorXd h;                ///< bias
-    std::vector<Motion> column_rates; ///< coriolis: time derivatives of the columns
-    std::vector<InertiaRate> turning; ///< coriolis: of all that the joint carries
-    Eigen::MatrixXd C;                ///< coriolis
-    Eigen::Matrix<double, 6, 1> H;    ///< momentum
+    std::vector<Force<Number>> force;         ///< bias: what moves all that the joint carries
+    VectorOf<Number> h;                       ///< bias
+    std::vector<Motion<Number>> column_rates; ///< coriolis: time derivatives of the columns
+    std::vector<InertiaRate<Number>> turning; ///< coriolis: of all that the joint carries
+    MatrixOf<Number> C;                       ///< coriolis
+    Eigen::Matrix<Number, 6, 1> H;            ///< momentum
 };
+
+struct Data::Content : StateOf<double> {
+    explicit Content(const Model::Content& model) : StateOf(model), factor(M) {}
+
+    Eigen::MatrixXd factor; ///< factor: D and, below, L of M = Lᵀ D L in the order of elimination
+    Eigen::LLT<Eigen::Matrix<double, 6, 6>> base_factor; ///< factor: of what is left for the base
+    int singular = -1; ///< factor: row of M with no inertia of its own, or none
+};
+
+/// x := M⁻¹ x. The mass matrix of this state is not singular.
+void divide_by_mass(const Model& model, Data& data, Eigen::Ref<Eigen::VectorXd> x) noexcept;
 
 } // namespace bf::dynamics

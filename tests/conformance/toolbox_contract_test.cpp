@@ -2,8 +2,10 @@
 // diagram that has one.
 #include "../../toolbox/test/running.hpp"
 #include "../../toolbox/test/small_world.hpp"
+#include "bf/analysis/linearize.hpp"
 #include "contract.hpp"
 
+#include <Eigen/Geometry>
 #include <gtest/gtest.h>
 #include <map>
 #include <random>
@@ -323,6 +325,102 @@ TEST_P(EveryToolboxBlock, KeepsTheContract) {
     EXPECT_TRUE(first != last || begin != end || on_network != over_a_network().end() ||
                 elsewhere.count(GetParam()))
         << "say how the block is wired";
+}
+
+/// Derivatives of the block `x` by all inputs of the root, as its declaration has them, beside central
+/// differences; names what has none of its own.
+std::vector<std::string> compare_derivatives(Running& run) {
+    const auto& nodes = run.diagram().nodes;
+    const auto& x = nodes[static_cast<std::size_t>(run.diagram().find_node("x"))];
+    analysis::LinearizeOptions options{.all_states = true};
+    for (const auto& slot : x.block->resolution().slots)
+        if (slot.role == Role::output && slot.type == Type::float64) options.to.push_back("x." + slot.name);
+    const auto exact = analysis::linearize(run.simulation, options);
+    options.by_differences = true;
+    const auto differenced = analysis::linearize(run.simulation, options);
+    const auto expect_near = [&](const Matrix& a, const Matrix& b) {
+        if (a.size() == 0) return;
+        const double scale = 1 + b.cwiseAbs().maxCoeff();
+        EXPECT_LT((a - b).cwiseAbs().maxCoeff(), 1e-6 * scale) << x.type;
+    };
+    expect_near(exact.A, differenced.A);
+    expect_near(exact.B, differenced.B);
+    expect_near(exact.C, differenced.C);
+    expect_near(exact.D, differenced.D);
+    EXPECT_FALSE(differenced.differenced.empty());
+    return exact.differenced;
+}
+
+TEST(Derivatives, OfRigidBodyBlocksAreExactOnFloatingAndFixedBases) {
+    Blocks blocks;
+    int compared = 0;
+    for (const std::string base : {"", ", floating_base: false"})
+        for (const auto& [name, arguments] : over_a_robot()) {
+            const auto& block_class = blocks.find("WholeBodyToolbox/" + name);
+            if (block_class.group != "rigid body" || name == "InverseKinematics") continue;
+            SCOPED_TRACE(yaml(name, name, arguments) + base);
+            std::string text = diagram_of(block_class, arguments);
+            const std::string joints = "'torso_yaw'}\"";
+            text.insert(text.find(joints) + joints.size(), base);
+            if (!base.empty()) text.erase(text.find("  world:"), text.find("  x:") - text.find("  world:"));
+            Running run(text);
+            std::mt19937 random(3);
+            randomise_inputs(run, random);
+            for (const auto& port : run.diagram().inputs)
+                if (port.path == "w_H_b") {
+                    Matrix pose = Matrix::Identity(4, 4);
+                    pose.topLeftCorner(3, 3) =
+                        Eigen::AngleAxisd(0.7, Vector3(1, -2, 0.5).normalized()).toRotationMatrix();
+                    pose.topRightCorner(3, 1) = Vector3(0.3, -0.2, 0.6);
+                    run.set("w_H_b", pose);
+                }
+            EXPECT_TRUE(compare_derivatives(run).empty());
+            ++compared;
+        }
+    EXPECT_EQ(compared, 42);
+}
+
+TEST(Derivatives, OfQuadraticProgramsFollowTheirActiveConstraints) {
+    Matrix known;
+    for (const std::string block : {"QP", "QpOases", "QP, solver: proxqp"}) {
+        SCOPED_TRACE(block);
+        Running run("model: m\nstep: 0.1\ninputs:\n  H: {shape: \"[3 3]\"}\n  g: {shape: 3}\n"
+                    "  A: {shape: \"[2 3]\"}\n  lbA: {shape: 2}\n  ubA: {shape: 2}\n  ub: {shape: 3}\n"
+                    "blocks:\n  x: {block: WholeBodyToolbox/" +
+                    block +
+                    ", use_lbA: true, use_ub: true, compute_objective: true}\n"
+                    "connections: {H: x.H, g: x.g, A: x.A, lbA: x.lbA, ubA: x.ubA, ub: x.ub}\n");
+        // The first row of A is met from below, the second is free; the third element of x is at its bound.
+        run.set("H", (Matrix(3, 3) << 3, 1, 0, 1, 2, 0.5, 0, 0.5, 1).finished());
+        run.set("g", Vector3(1, -1, -4));
+        run.set("A", (Matrix(2, 3) << 1, 1, 0, 1, -1, 1).finished());
+        run.set("lbA", Eigen::Vector2d(1, -10)).set("ubA", Eigen::Vector2d(9, 10));
+        run.set("ub", Vector3(5, 5, 0.5));
+        if (block.find("proxqp") == std::string::npos) {
+            EXPECT_TRUE(compare_derivatives(run).empty());
+            known = analysis::linearize(run.simulation, {.to = {"x.x"}}).D;
+        } else { // whose iterations end too early for differences
+            const auto found = analysis::linearize(run.simulation, {.to = {"x.x"}});
+            EXPECT_TRUE(found.differenced.empty());
+            EXPECT_LT((found.D - known).cwiseAbs().maxCoeff(), 1e-4);
+        }
+        EXPECT_NEAR(run.get("x.x")(2), 0.5, 1e-6);
+        EXPECT_NEAR(run.get("x.x")(0) + run.get("x.x")(1), 1, 1e-6);
+    }
+}
+
+TEST(Derivatives, OfAQuadraticProgramAtACornerAreOneSidedAndNamed) {
+    Running run("model: m\nstep: 0.1\ninputs:\n  H: {}\n  g: {}\n  lb: {}\nblocks:\n  x: {block: "
+                "WholeBodyToolbox/QP, "
+                "use_ubA: false, use_lb: true}\nconnections: {H: x.H, g: x.g, lb: x.lb}\n");
+    run.set("H", 1).set("g", 0).set("lb", 0); // the bound is met, and nothing pushes
+    const auto at_corner = analysis::linearize(run.simulation, {.to = {"x.x"}});
+    EXPECT_EQ(at_corner.kinks, std::vector<std::string>{"x"});
+    EXPECT_EQ(at_corner.D, (Matrix(1, 3) << 0, -1, 0).finished()) << "to the side where the bound is left";
+    run.set("g", 1);
+    const auto at_bound = analysis::linearize(run.simulation, {.to = {"x.x"}});
+    EXPECT_TRUE(at_bound.kinks.empty());
+    EXPECT_EQ(at_bound.D, (Matrix(1, 3) << 0, 0, 1).finished());
 }
 
 TEST(QP, SolvesWithActiveBoundsWithoutTheHeap) {

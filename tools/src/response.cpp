@@ -56,7 +56,8 @@ std::string title(const ResponseOptions& options, const LinearSystem& s) {
 }
 
 Figure bode(const ResponseOptions& options, const LinearSystem& s) {
-    const auto r = analysis::response(s, 0, 0, analysis::frequencies(s, 0, 0));
+    const auto r =
+        analysis::response(s, 0, 0, analysis::frequencies(s, 0, 0, 400, !options.linear.loop.empty()));
     Figure figure{title(options, s),
                   {{"Magnitude", "dB", {curve("magnitude", r.omega, r.magnitude)}},
                    {"Phase", "degrees", {curve("phase", r.omega, r.phase)}}},
@@ -103,7 +104,7 @@ constexpr double farthest = 4;
 
 Figure nyquist(const ResponseOptions& options, const LinearSystem& s) {
     print_margins(analysis::margins(s));
-    const auto r = analysis::response(s, 0, 0, analysis::frequencies(s, 0, 0, 1500));
+    const auto r = analysis::response(s, 0, 0, analysis::frequencies(s, 0, 0, 1500, true));
     std::vector<double> x, y, mirrored;
     for (const auto& value : r.value) {
         const bool is_far = std::abs(value) > farthest;
@@ -123,7 +124,7 @@ Figure nyquist(const ResponseOptions& options, const LinearSystem& s) {
 
 Figure nichols(const ResponseOptions& options, const LinearSystem& s) {
     print_margins(analysis::margins(s));
-    auto r = analysis::response(s, 0, 0, analysis::frequencies(s, 0, 0, 1500));
+    auto r = analysis::response(s, 0, 0, analysis::frequencies(s, 0, 0, 1500, true));
     for (std::size_t i = 0; i < r.omega.size(); ++i)
         if (std::abs(r.magnitude[i]) > 60) r.magnitude[i] = r.phase[i] = NAN;
     return {title(options, s),

@@ -93,6 +93,16 @@ TEST_F(Linearize, FindsAnOperatingPointFromWhichRunsGoOn) {
     EXPECT_CONTAINS(bf("trim loop.yaml --free r --target y=2 --bound r=:1").err, "'r' is at its bound");
 }
 
+TEST_F(Linearize, TellsHowTheCostOfARunChangesWithParametersAndInputs) {
+    // At rest, y comes to 10/12 r, whatever the gain.
+    const auto found = bf("gradient loop.yaml --cost plant --by r --by gain.K --duration 20 --at-end");
+    EXPECT_EQ(found.code, 0) << found.err;
+    EXPECT_EQ(found.out, "cost  0\ngradient\n  r       at 0  0.833333\n  gain.K  at 5  0\n");
+    EXPECT_CONTAINS(bf("gradient loop.yaml --cost plant --by gian.K").err,
+                    "no parameter, state or input 'gian.K'; did you mean 'gain.K'");
+    EXPECT_EQ(bf("gradient loop.yaml --cost plant").code, 2);
+}
+
 TEST_F(Linearize, RefusesWithTheReason) {
     const auto expect_error = [&](const std::string& command, const std::string& text) {
         const auto refused = bf(command);
@@ -106,6 +116,7 @@ TEST_F(Linearize, RefusesWithTheReason) {
     expect_error("bode loop.yaml --loop plant --from r", "--from excludes --loop");
     expect_error("linearize loop.yaml --at -1", "--at");
     expect_error("linearize loop.yaml --from-snapshot nofile", "nofile");
+    EXPECT_CONTAINS(bf("nyquist loop.yaml --loop r").err, "no loop goes through, so that L = 0: r");
 }
 
 } // namespace

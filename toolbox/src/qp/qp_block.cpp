@@ -1,8 +1,12 @@
 #include "qp/qp_block.hpp"
 
+#include "bf/core/changes.hpp"
+#include "bf/kernels/elementwise.hpp"
+#include "bf/qp/sensitivity.hpp"
 #include "bf/qp/solver.hpp"
 
 #include <cmath>
+#include <optional>
 
 namespace bf::toolbox {
 
@@ -10,7 +14,7 @@ namespace {
 
 /// min ½ xᵀHx + gᵀx subject to lbA ≤ Ax ≤ ubA, lb ≤ x ≤ ub: ports and rules of all QP blocks, which differ in
 /// their solvers and numbers of outcomes.
-class QuadraticProgram : public Block {
+class QuadraticProgram : public Block, public Differentiable {
     const char* outcomes_;
 
   public:
@@ -60,17 +64,12 @@ class QuadraticProgram : public Block {
         return ok;
     }
 
+    UpdateRule update_last{this, kernels::Copy{}, next(last), x};
+    std::optional<UpdateRule> update_objective = made_if(compute_objective);
+
     Status output(Now at, Out out) const noexcept override {
-        using Rows = Eigen::Map<const Matrix>;
-        using Elements = Eigen::Map<const Vector>;
-        const auto vector = [&](const Input<Vector>& key) {
-            return key.is_present() ? at[key] : Elements(nullptr, 0);
-        };
-        const qp::Problem problem{at[H],       at[g],       A.is_present() ? at[A] : Rows(nullptr, 0, 0),
-                                  vector(lbA), vector(ubA), vector(lb),
-                                  vector(ub)};
         auto solution = out[x];
-        const qp::Result result = at[workspace].solve(problem, solution);
+        const qp::Result result = at[workspace].solve(program(at), solution);
         if (std::isnan(result.objective)) solution = at[last]; // none was written
         out[status] = number(result);
         if (objective.is_present())
@@ -79,10 +78,26 @@ class QuadraticProgram : public Block {
         return failure(result);
     }
 
-    Status update(Now at, Next next) const noexcept override {
-        next[last] = at[x];
-        if (objective.is_present()) next[last_objective] = at[objective];
-        return ok;
+    /// By the active set of the solution; without one x keeps the last.
+    bool directional_derivative(Now at, Changes& changes) const override {
+        if (!is_exact()) return false;
+        if (at[status] != 0) {
+            if (changes.moves(last)) changes[x] = changes[last];
+            if (changes.moves(last_objective)) changes[objective] = changes[last_objective];
+            return true;
+        }
+        const Matrix still;
+        const auto of = [&](const auto& key) -> const Matrix& {
+            return key.is_present() ? changes[key] : still;
+        };
+        const auto found =
+            qp::differentiate(program(at), at[x], {of(H), of(g), of(A), of(lbA), of(ubA), of(lb), of(ub)},
+                              changes.directions());
+        if (!found.exists) return false;
+        if (found.is_one_sided) changes.meets_corner();
+        changes[x] = found.x;
+        if (objective.is_present()) changes[objective] = found.objective;
+        return true;
     }
 
   protected:
@@ -90,6 +105,20 @@ class QuadraticProgram : public Block {
     int constraints() const { return A.is_present() ? size(A).rows : 0; }
 
   private:
+    virtual bool is_exact() const { return true; }
+    std::optional<UpdateRule> made_if(bool is_present) {
+        if (!is_present) return {};
+        return UpdateRule(this, kernels::Copy{}, next(last_objective), objective);
+    }
+    qp::Problem program(Now at) const noexcept {
+        using Rows = Eigen::Map<const Matrix>;
+        using Elements = Eigen::Map<const Vector>;
+        const auto vector = [&](const Input<Vector>& key) {
+            return key.is_present() ? at[key] : Elements(nullptr, 0);
+        };
+        return {at[H],      at[g],     A.is_present() ? at[A] : Rows(nullptr, 0, 0), vector(lbA), vector(ubA),
+                vector(lb), vector(ub)};
+    }
     virtual std::shared_ptr<qp::Solver> make_solver() const = 0;
     virtual int number(const qp::Result& result) const noexcept { return static_cast<int>(result.status); }
 
@@ -199,6 +228,7 @@ class Osqp final : public QuadraticProgram {
         options.has_bounds = use_lb || use_ub;
         return qp::make_osqp(variables(), constraints(), options);
     }
+    bool is_exact() const override { return false; }
     int number(const qp::Result& result) const noexcept override { return result.osqp_status; }
 };
 

@@ -8,9 +8,17 @@ namespace {
 
 constexpr Unit meter = unit<"m">, angle = unit<"rad">;
 
-class ForwardKinematics final : public PositionBlock {
+/// Is it the changes of a quantity that are computed?
+template <class State> constexpr bool is_varied = std::is_same_v<State, dynamics::Variation>;
+/// A matrix of six rows as the functions of dynamics take it, and its changes, which have rows of elements.
+Eigen::Map<Eigen::Matrix<double, 6, Eigen::Dynamic>> six_rows(Eigen::Map<Matrix> map) {
+    return {map.data(), 6, map.cols()};
+}
+Matrix& six_rows(Matrix& changes) { return changes; }
+
+class ForwardKinematics final : public QuantityOfPosition<ForwardKinematics> {
   public:
-    using PositionBlock::PositionBlock;
+    using QuantityOfPosition::QuantityOfPosition;
     FrameArgument frame{this, "frame", "name of a link or frame, or com"};
     Output<Transform> w_H_frame{
         this,
@@ -18,36 +26,34 @@ class ForwardKinematics final : public PositionBlock {
         {.unit = mixed_units, .doc = "pose of the frame in the world; for com its rotation is the identity"}};
 
     void infer(Inference&) const override { frame.resolve(robot, true); }
-    Status evaluate(Now at, Out out) const noexcept override {
-        auto& d = at_position(at);
-        auto H = out[w_H_frame];
-        if (frame.is_com) {
-            H.setIdentity();
-            dynamics::center_of_mass(model(), d, H.topRightCorner<3, 1>());
+    template <class State, class To> void compute(State& d, To& to) const {
+        if (!frame.is_com) {
+            dynamics::forward_kinematics(model(), d, frame.frame, to[w_H_frame]);
+        } else if constexpr (is_varied<State>) {
+            dynamics::center_of_mass(model(), d, to[w_H_frame].middleRows(12, 3)); // its last column
         } else {
-            dynamics::forward_kinematics(model(), d, frame.frame, H);
+            auto H = to[w_H_frame];
+            H.setIdentity();
+            dynamics::center_of_mass(model(), d, H.template topRightCorner<3, 1>());
         }
-        return ok;
     }
 };
 
-class CenterOfMass final : public VelocityBlock {
+class CenterOfMass final : public QuantityOfState<CenterOfMass> {
   public:
-    using VelocityBlock::VelocityBlock;
+    using QuantityOfState::QuantityOfState;
     Output<Vector3> com{this, "com", {.unit = meter, .doc = "centre of mass in the world"}};
     Output<Vector3> com_dot{this, "com_dot", {.unit = unit<"m/s">, .doc = "its velocity, world axes"}};
 
-    Status evaluate(Now at, Out out) const noexcept override {
-        auto& d = at_state(at);
-        dynamics::center_of_mass(model(), d, out[com]);
-        dynamics::center_of_mass_velocity(model(), d, out[com_dot]);
-        return ok;
+    template <class State, class To> void compute(State& d, To& to) const {
+        dynamics::center_of_mass(model(), d, to[com]);
+        dynamics::center_of_mass_velocity(model(), d, to[com_dot]);
     }
 };
 
-class Jacobian final : public PositionBlock {
+class Jacobian final : public QuantityOfPosition<Jacobian> {
   public:
-    using PositionBlock::PositionBlock;
+    using QuantityOfPosition::QuantityOfPosition;
     FrameArgument frame{this, "frame", "name of a link or frame, or com"};
     Output<Matrix> J{
         this,
@@ -58,30 +64,30 @@ class Jacobian final : public PositionBlock {
              "J nu = [origin velocity; angular velocity], world axes; for com the last three rows are zero"}};
 
     void infer(Inference&) const override { frame.resolve(robot, true); }
-    Status evaluate(Now at, Out out) const noexcept override {
-        auto& d = at_position(at);
-        if (!frame.is_com) {
-            auto map = out[J];
-            dynamics::jacobian(
-                model(), d, frame.frame,
-                Eigen::Map<Eigen::Matrix<double, 6, Eigen::Dynamic>>(map.data(), 6, map.cols()));
-            return ok;
+    template <class State, class To> void compute(State& d, To& to) const {
+        if (!frame.is_com) return dynamics::jacobian(model(), d, frame.frame, six_rows(to[J]));
+        // Rows 1 to 3 hold the centre of mass.
+        if constexpr (is_varied<State>) {
+            Matrix changes(3 * model().velocities(), to.directions());
+            dynamics::com_jacobian(model(), d, changes);
+            for (int column = 0; column < model().velocities(); ++column)
+                to[J].middleRows(6 * column, 3) = changes.middleRows(3 * column, 3);
+        } else {
+            // It is packed, so it is spread from the back.
+            auto map = to[J];
+            Eigen::Map<Eigen::Matrix<double, 3, Eigen::Dynamic>> packed(map.data(), 3, map.cols());
+            dynamics::com_jacobian(model(), d, packed);
+            for (Eigen::Index column = map.cols() - 1; column >= 0; --column) {
+                const Vector3 value = packed.col(column);
+                map.col(column) << value, 0, 0, 0;
+            }
         }
-        // Rows 1 to 3 hold the centre of mass; its Jacobian is packed, so it is spread from the back.
-        auto map = out[J];
-        Eigen::Map<Eigen::Matrix<double, 3, Eigen::Dynamic>> packed(map.data(), 3, map.cols());
-        dynamics::com_jacobian(model(), d, packed);
-        for (Eigen::Index column = map.cols() - 1; column >= 0; --column) {
-            const Vector3 value = packed.col(column);
-            map.col(column) << value, 0, 0, 0;
-        }
-        return ok;
     }
 };
 
-class DotJNu final : public VelocityBlock {
+class DotJNu final : public QuantityOfState<DotJNu> {
   public:
-    using VelocityBlock::VelocityBlock;
+    using QuantityOfState::QuantityOfState;
     FrameArgument frame{this, "frame", "name of a link or frame, or com"};
     Output<Vector6> J_dot_nu{
         this,
@@ -90,35 +96,29 @@ class DotJNu final : public VelocityBlock {
          .doc = "bias acceleration [linear; angular], world axes; for com the last three are zero"}};
 
     void infer(Inference&) const override { frame.resolve(robot, true); }
-    Status evaluate(Now at, Out out) const noexcept override {
-        auto& d = at_state(at);
-        auto a = out[J_dot_nu];
-        if (frame.is_com) {
-            a.tail<3>().setZero();
-            dynamics::com_bias_acceleration(model(), d, a.head<3>());
-        } else {
-            dynamics::bias_acceleration(model(), d, frame.frame, a);
-        }
-        return ok;
+    template <class State, class To> void compute(State& d, To& to) const {
+        auto&& a = to[J_dot_nu];
+        if (!frame.is_com) return dynamics::bias_acceleration(model(), d, frame.frame, a);
+        a.setZero();
+        dynamics::com_bias_acceleration(model(), d, a.template topRows<3>());
     }
 };
 
-class MassMatrix final : public PositionBlock {
+class MassMatrix final : public QuantityOfPosition<MassMatrix> {
   public:
-    using PositionBlock::PositionBlock;
+    using QuantityOfPosition::QuantityOfPosition;
     Output<Matrix> M{this,
                      "M",
                      {.shape = {v, v},
                       .unit = mixed_units,
                       .doc = "linear [kg], coupling [kg.m], angular [kg.m2]; both triangles"}};
 
-    Status evaluate(Now at, Out out) const noexcept override {
-        dynamics::mass_matrix(model(), at_position(at), out[M]);
-        return ok;
+    template <class State, class To> void compute(State& d, To& to) const {
+        dynamics::mass_matrix(model(), d, to[M]);
     }
 };
 
-class InverseDynamics final : public VelocityBlock {
+class InverseDynamics final : public VelocityBlock, public Differentiable {
   public:
     using VelocityBlock::VelocityBlock;
     Input<Vector6> v_b_dot{
@@ -143,9 +143,17 @@ class InverseDynamics final : public VelocityBlock {
         dynamics::inverse_dynamics(model(), at_state(at), base, at[s_ddot], out[tau]);
         return ok;
     }
+    bool directional_derivative(Now at, Changes& changes) const override {
+        const bool floats = model().has_floating_base();
+        const Vector6 base = floats ? Vector6(at[v_b_dot]) : Vector6(Vector6::Zero());
+        const Matrix still;
+        dynamics::inverse_dynamics(model(), at_state(at, changes), base, at[s_ddot],
+                                   floats ? changes[v_b_dot] : still, changes[s_ddot], changes[tau]);
+        return true;
+    }
 };
 
-class ForwardDynamics final : public VelocityBlock {
+class ForwardDynamics final : public VelocityBlock, public Differentiable {
   public:
     using VelocityBlock::VelocityBlock;
     Argument<std::vector<std::string>> frames{
@@ -188,114 +196,119 @@ class ForwardDynamics final : public VelocityBlock {
         out[s_ddot] = result.tail(joints);
         return ok;
     }
+    bool directional_derivative(Now at, Changes& changes) const override {
+        auto& d = at_state(at, changes);
+        const Eigen::Index joints = at[tau].size(), base = model().velocities() - joints;
+        Matrix all = Matrix::Zero(base + joints, changes.directions()), result = all;
+        if (changes.moves(tau)) all.bottomRows(joints) = changes[tau];
+        for (int i = 0; i < wrench.size(); ++i)
+            dynamics::add_wrench(model(), d, resolved_[static_cast<std::size_t>(i)], at[wrench[i]],
+                                 changes[wrench[i]], all);
+        Vector nu_dot(base + joints);
+        nu_dot.head(base) = at[v_b_dot].head(base);
+        nu_dot.tail(joints) = at[s_ddot];
+        dynamics::forward_dynamics(model(), d, nu_dot, all, result);
+        changes[v_b_dot].topRows(base) = result.topRows(base);
+        changes[s_ddot] = result.bottomRows(joints);
+        return true;
+    }
 
   private:
     mutable std::vector<dynamics::Frame> resolved_;
 };
 
-class GetBiasForces final : public VelocityBlock {
+class GetBiasForces final : public QuantityOfState<GetBiasForces> {
   public:
-    using VelocityBlock::VelocityBlock;
+    using QuantityOfState::QuantityOfState;
     Output<Vector> h{
         this, "h", {.shape = {v}, .unit = mixed_units, .doc = "Coriolis, centrifugal and gravity terms"}};
 
-    Status evaluate(Now at, Out out) const noexcept override {
-        dynamics::bias_forces(model(), at_state(at), out[h]);
-        return ok;
+    template <class State, class To> void compute(State& d, To& to) const {
+        dynamics::bias_forces(model(), d, to[h]);
     }
 };
 
-class GetGravityForces final : public PositionBlock {
+class GetGravityForces final : public QuantityOfPosition<GetGravityForces> {
   public:
-    using PositionBlock::PositionBlock;
+    using QuantityOfPosition::QuantityOfPosition;
     Output<Vector> g{this, "g", {.shape = {v}, .unit = mixed_units, .doc = "bias forces at zero velocity"}};
 
-    Status evaluate(Now at, Out out) const noexcept override {
-        dynamics::gravity_forces(model(), at_position(at), out[g]);
-        return ok;
+    template <class State, class To> void compute(State& d, To& to) const {
+        dynamics::gravity_forces(model(), d, to[g]);
     }
 };
 
-class GetCoriolisForces final : public VelocityBlock {
+class GetCoriolisForces final : public QuantityOfState<GetCoriolisForces> {
   public:
-    using VelocityBlock::VelocityBlock;
+    using QuantityOfState::QuantityOfState;
     Output<Vector> c{
         this, "c", {.shape = {v}, .unit = mixed_units, .doc = "bias forces without those of gravity"}};
 
-    Status evaluate(Now at, Out out) const noexcept override {
-        dynamics::coriolis_forces(model(), at_state(at), out[c]);
-        return ok;
+    template <class State, class To> void compute(State& d, To& to) const {
+        dynamics::coriolis_forces(model(), d, to[c]);
     }
 };
 
-class CoriolisMatrix final : public VelocityBlock {
+class CoriolisMatrix final : public QuantityOfState<CoriolisMatrix> {
   public:
-    using VelocityBlock::VelocityBlock;
+    using QuantityOfState::QuantityOfState;
     Output<Matrix> C{
         this, "C", {.shape = {v, v}, .unit = mixed_units, .doc = "C nu = Coriolis and centrifugal forces"}};
 
-    Status evaluate(Now at, Out out) const noexcept override {
-        dynamics::coriolis_matrix(model(), at_state(at), out[C]);
-        return ok;
+    template <class State, class To> void compute(State& d, To& to) const {
+        dynamics::coriolis_matrix(model(), d, to[C]);
     }
 };
 
-class MassMatrixDerivative final : public VelocityBlock {
+class MassMatrixDerivative final : public QuantityOfState<MassMatrixDerivative> {
   public:
-    using VelocityBlock::VelocityBlock;
+    using QuantityOfState::QuantityOfState;
     Output<Matrix> M_dot{
         this, "M_dot", {.shape = {v, v}, .unit = mixed_units, .doc = "time derivative of M; both triangles"}};
 
-    Status evaluate(Now at, Out out) const noexcept override {
-        dynamics::mass_matrix_derivative(model(), at_state(at), out[M_dot]);
-        return ok;
+    template <class State, class To> void compute(State& d, To& to) const {
+        dynamics::mass_matrix_derivative(model(), d, to[M_dot]);
     }
 };
 
-class CentroidalMomentum final : public VelocityBlock {
+class CentroidalMomentum final : public QuantityOfState<CentroidalMomentum> {
   public:
-    using VelocityBlock::VelocityBlock;
+    using QuantityOfState::QuantityOfState;
     Output<Vector6> H{
         this,
         "H",
         {.unit = mixed_units,
          .doc = "linear [kg.m/s] and angular [kg.m2/s] momentum about the centre of mass, world axes"}};
 
-    Status evaluate(Now at, Out out) const noexcept override {
-        dynamics::centroidal_momentum(model(), at_state(at), out[H]);
-        return ok;
+    template <class State, class To> void compute(State& d, To& to) const {
+        dynamics::centroidal_momentum(model(), d, to[H]);
     }
 };
 
-class CentroidalTotalMomentumMatrix final : public PositionBlock {
+class CentroidalTotalMomentumMatrix final : public QuantityOfPosition<CentroidalTotalMomentumMatrix> {
   public:
-    using PositionBlock::PositionBlock;
+    using QuantityOfPosition::QuantityOfPosition;
     Output<Matrix> A{this, "A", {.shape = {6, v}, .unit = mixed_units, .doc = "A nu = centroidal momentum"}};
 
-    Status evaluate(Now at, Out out) const noexcept override {
-        auto map = out[A];
-        dynamics::centroidal_momentum_matrix(
-            model(), at_position(at),
-            Eigen::Map<Eigen::Matrix<double, 6, Eigen::Dynamic>>(map.data(), 6, map.cols()));
-        return ok;
+    template <class State, class To> void compute(State& d, To& to) const {
+        dynamics::centroidal_momentum_matrix(model(), d, six_rows(to[A]));
     }
 };
 
-class DotANu final : public VelocityBlock {
+class DotANu final : public QuantityOfState<DotANu> {
   public:
-    using VelocityBlock::VelocityBlock;
+    using QuantityOfState::QuantityOfState;
     Output<Vector6> A_dot_nu{
         this,
         "A_dot_nu",
         {.unit = mixed_units, .doc = "linear [N] and angular [Nm] rate of momentum for nu_dot = 0"}};
 
-    Status evaluate(Now at, Out out) const noexcept override {
-        dynamics::centroidal_momentum_bias(model(), at_state(at), out[A_dot_nu]);
-        return ok;
+    template <class State, class To> void compute(State& d, To& to) const {
+        dynamics::centroidal_momentum_bias(model(), d, to[A_dot_nu]);
     }
 };
 
-class RelativeTransform final : public RobotBlock {
+class RelativeTransform final : public RobotBlock, public Differentiable {
   public:
     using RobotBlock::RobotBlock;
     FrameArgument frame1{this, "frame1", "reference frame"};
@@ -313,9 +326,15 @@ class RelativeTransform final : public RobotBlock {
         dynamics::relative_transform(model(), data(at), frame1.frame, frame2.frame, out[frame1_H_frame2]);
         return ok;
     }
+    bool directional_derivative(Now at, Changes& changes) const override {
+        auto& v = variation(at);
+        dynamics::set_joint_position(model(), v, at[s], {{}, changes[s], {}, {}}, changes.directions());
+        dynamics::relative_transform(model(), v, frame1.frame, frame2.frame, changes[frame1_H_frame2]);
+        return true;
+    }
 };
 
-class RelativeJacobian final : public RobotBlock {
+class RelativeJacobian final : public RobotBlock, public Differentiable {
   public:
     using RobotBlock::RobotBlock;
     FrameArgument reference{this, "reference", "reference frame"};
@@ -334,11 +353,14 @@ class RelativeJacobian final : public RobotBlock {
     }
     Status output(Now at, Out out) const noexcept override {
         dynamics::set_joint_position(model(), data(at), at[s]);
-        auto map = out[J];
-        dynamics::relative_jacobian(
-            model(), data(at), reference.frame, frame.frame,
-            Eigen::Map<Eigen::Matrix<double, 6, Eigen::Dynamic>>(map.data(), 6, map.cols()));
+        dynamics::relative_jacobian(model(), data(at), reference.frame, frame.frame, six_rows(out[J]));
         return ok;
+    }
+    bool directional_derivative(Now at, Changes& changes) const override {
+        auto& v = variation(at);
+        dynamics::set_joint_position(model(), v, at[s], {{}, changes[s], {}, {}}, changes.directions());
+        dynamics::relative_jacobian(model(), v, reference.frame, frame.frame, changes[J]);
+        return true;
     }
 };
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "bf/core/block.hpp"
+#include "bf/core/changes.hpp"
 #include "bf/dynamics/algorithms.hpp"
 #include "bf/toolbox/robot.hpp"
 #include "checks.hpp"
@@ -31,6 +32,11 @@ class RobotBlock : public Block {
     const dynamics::Model& model() const { return robot->model; }
     bool base_is_fixed() const { return robot.is_bound() && !model().has_floating_base(); }
     dynamics::Data& data(Now at) const { return at[robot].data; }
+    dynamics::Variation& variation(Now at) const {
+        auto& made = at[robot].variation;
+        if (!made) made.emplace(model());
+        return *made;
+    }
 };
 
 /// A frame given by name, looked up once the robot is known. "com" stands for the centre of mass where a
@@ -93,6 +99,12 @@ class PositionBlock : public RobotBlock {
         dynamics::set_position(model(), data(at), at[w_H_b], at[s]);
         return data(at);
     }
+    dynamics::Variation& at_position(Now at, const Changes& changes) const {
+        auto& v = variation(at);
+        dynamics::set_position(model(), v, at[w_H_b], at[s], {changes[w_H_b], changes[s], {}, {}},
+                               changes.directions());
+        return v;
+    }
 };
 
 /// Blocks whose result depends on velocities too.
@@ -112,10 +124,52 @@ class VelocityBlock : public PositionBlock {
         if (good && model().has_floating_base()) good = all_finite(at, v_b);
         return good ? all_finite(at, s_dot) : good;
     }
+    Vector6 base_velocity(Now at) const {
+        return model().has_floating_base() ? Vector6(at[v_b]) : Vector6(Vector6::Zero());
+    }
     dynamics::Data& at_state(Now at) const {
-        const Vector6 velocity = model().has_floating_base() ? Vector6(at[v_b]) : Vector6(Vector6::Zero());
-        dynamics::set_state(model(), data(at), at[w_H_b], at[s], velocity, at[s_dot]);
+        dynamics::set_state(model(), data(at), at[w_H_b], at[s], base_velocity(at), at[s_dot]);
         return data(at);
+    }
+    dynamics::Variation& at_state(Now at, const Changes& changes) const {
+        auto& v = variation(at);
+        const Matrix still;
+        dynamics::set_state(
+            model(), v, at[w_H_b], at[s], base_velocity(at), at[s_dot],
+            {changes[w_H_b], changes[s], model().has_floating_base() ? changes[v_b] : still, changes[s_dot]},
+            changes.directions());
+        return v;
+    }
+};
+
+/// A block of one quantity of the robot: B says by `compute(state, to)` what it is, of a state with its
+/// values, and of a variation with their changes.
+template <class B> class QuantityOfPosition : public PositionBlock, public Differentiable {
+  public:
+    using PositionBlock::PositionBlock;
+    bool directional_derivative(Now at, Changes& changes) const final {
+        static_cast<const B&>(*this).compute(at_position(at, changes), changes);
+        return true;
+    }
+
+  protected:
+    Status evaluate(Now at, Out out) const noexcept final {
+        static_cast<const B&>(*this).compute(at_position(at), out);
+        return ok;
+    }
+};
+template <class B> class QuantityOfState : public VelocityBlock, public Differentiable {
+  public:
+    using VelocityBlock::VelocityBlock;
+    bool directional_derivative(Now at, Changes& changes) const final {
+        static_cast<const B&>(*this).compute(at_state(at, changes), changes);
+        return true;
+    }
+
+  protected:
+    Status evaluate(Now at, Out out) const noexcept final {
+        static_cast<const B&>(*this).compute(at_state(at), out);
+        return ok;
     }
 };
 

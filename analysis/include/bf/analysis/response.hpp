@@ -23,8 +23,9 @@ bool is_stable(const LinearSystem& system);
 /// G(jω) = C (jω I - A)⁻¹ B + D, or G(exp(jω T)) of a sampled system; ω [rad/s].
 Complex frequency_response(const LinearSystem& system, int output, int input, double omega);
 /// Frequencies that show what poles and zeros do [rad/s], evenly on a logarithmic axis; up to π/T of a
-/// sampled system.
-std::vector<double> frequencies(const LinearSystem& system, int output, int input, int count = 400);
+/// sampled system. `to_one`, for loops: also where it crosses 1, with a decade around.
+std::vector<double> frequencies(const LinearSystem& system, int output, int input, int count = 400,
+                                bool to_one = false);
 /// `system` at several frequencies. The phase is unwrapped: it has no jump where the transfer function has
 /// none.
 struct Response {

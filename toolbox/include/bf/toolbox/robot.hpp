@@ -3,10 +3,12 @@
 
 #include "bf/dynamics/data.hpp"
 #include "bf/dynamics/model.hpp"
+#include "bf/dynamics/variation.hpp"
 #include "bf/toolbox/robot_device.hpp"
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <vector>
 
 namespace bf::toolbox {
@@ -19,6 +21,7 @@ struct RobotConfiguration {
         static constexpr bool is_cache = true;
         const dynamics::Model& model;
         dynamics::Data data{model};
+        std::optional<dynamics::Variation> variation = {}; ///< made by the first who wants derivatives
     };
     dynamics::Model model;
     std::filesystem::path urdf;

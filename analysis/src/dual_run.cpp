@@ -1,0 +1,312 @@
+#include "dual_run.hpp"
+
+#include "bf/engine/fixed_step.hpp"
+#include "bf/program/step.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace bf::analysis {
+
+using program::Literal;
+using program::Statement;
+using Kind = Statement::Kind;
+
+DualRun::DualRun(const Simulation& like) : d_(like.diagram()), program_(program::lower(d_)) {
+    if (is_adaptive(d_.solver.method))
+        throw RunError("the solver chooses its steps by their error, which has no derivative; give the model "
+                       "one of fixed steps, as solver: rk4");
+    int count = 0;
+    const auto reserve = [&](int elements) { return std::exchange(count, count + elements); };
+    for (int n = 0; n < static_cast<int>(d_.nodes.size()); ++n) {
+        auto& places = places_.emplace_back();
+        for (const Slot& slot : d_.nodes[static_cast<std::size_t>(n)].block->resolution().slots) {
+            Place its{.count = slot.size.count()};
+            if (slot.role != Role::continuous_state) its.now = reserve(its.count);
+            if (slot.role == Role::discrete_state) its.next = reserve(its.count);
+            places.push_back(its);
+        }
+    }
+    const auto for_each_continuous = [&](auto&& f) {
+        for (std::size_t n = 0; n < places_.size(); ++n)
+            for (std::size_t s = 0; s < places_[n].size(); ++s)
+                if (d_.slot({static_cast<int>(n), static_cast<int>(s)}).role == Role::continuous_state)
+                    f(places_[n][s]);
+    };
+    first_state_ = count;
+    for_each_continuous([&](Place& its) { its.now = its.next = reserve(its.count); });
+    states_ = count - first_state_;
+    first_rate_ = count;
+    for_each_continuous([&](Place& its) { its.rate = reserve(its.count); });
+    cells_.assign(static_cast<std::size_t>(count), Dual(0));
+    before_.resize(static_cast<std::size_t>(states_));
+    for (int n = 0; n < static_cast<int>(places_.size()); ++n)
+        for (int s = 0; s < static_cast<int>(places_[static_cast<std::size_t>(n)].size()); ++s) {
+            const Slot& slot = d_.slot({n, s});
+            if (slot.role != Role::parameter && slot.role != Role::input &&
+                !d_.nodes[static_cast<std::size_t>(n)].block->declaration().traits.is_root_input)
+                continue;
+            for (int e = 0; e < slot.size.count(); ++e)
+                elements({n, s})[e] = read_value(like.context().data(n, s), slot.type, e);
+        }
+    clocks_.assign(3 * d_.rates.size(), Dual(0));
+    flags_.assign(program_.flags.size(), 0);
+    compile(program_.start, program::first, start_);
+    compile(program_.step, program::first, step_);
+    compile(program_.update, program::first, update_);
+    compile(program_.derivatives, program::first, derivatives_);
+    compile(program_.outputs, program::inside, inside_);
+}
+
+const DualRun::Place& DualRun::place(const Node::End& end) const {
+    const auto& sources = d_.nodes[static_cast<std::size_t>(end.node)].sources;
+    const auto s = static_cast<std::size_t>(end.slot);
+    const bool is_wired = d_.slot(end).role == Role::input && s < sources.size() && sources[s].node >= 0;
+    const Node::End from = is_wired ? sources[s] : end;
+    return places_[static_cast<std::size_t>(from.node)][static_cast<std::size_t>(from.slot)];
+}
+
+void DualRun::refuse(const std::string& where, const std::string& what) const {
+    throw RunError((where.empty() ? "" : where + ": ") + what);
+}
+
+// ---- binding
+
+void DualRun::compile(const program::Statements& statements, program::Pass pass, Code& code) {
+    for (const auto& statement : statements)
+        if (statement.passes & pass) compile(statement, pass, code);
+}
+
+void DualRun::compile(const Statement& s, program::Pass pass, Code& code) {
+    using Op = Instruction::Op;
+    const auto path = s.node >= 0 ? d_.nodes[static_cast<std::size_t>(s.node)].path : std::string();
+    switch (s.kind) {
+    case Kind::run: code.push_back({Op::task, bind(s.node, s.phase, s.index)}); return;
+    case Kind::commit: code.push_back({Op::commit, s.node}); return;
+    case Kind::set: code.push_back({Op::set, s.number}); return;
+    case Kind::rest: code.push_back({Op::rest, s.node}); return;
+    case Kind::start: return;
+    case Kind::finite: code.push_back({Op::finite, place(s.signal).now, place(s.signal).count}); return;
+    case Kind::assign: code.push_back({Op::assign, s.flag, 0, tests(s.when)}); return;
+    case Kind::clear: code.push_back({Op::clear, s.flag}); return;
+    case Kind::hit: code.push_back({Op::hit, s.number, s.flag}); return;
+    case Kind::when: {
+        const auto at = code.size();
+        code.push_back({Op::test, 0, 0, tests(s.when)});
+        compile(s.body, pass, code);
+        code[at].end = static_cast<int>(code.size());
+        return;
+    }
+    case Kind::integrate: code.push_back({Op::integrate}); return;
+    case Kind::evaluate: return compile(program_.outputs, s.pass, code);
+    case Kind::constants: return compile(program_.constants, program::first, code);
+    case Kind::call: return compile(program_.procedures[static_cast<std::size_t>(s.number)].body, pass, code);
+    case Kind::reset:
+        refuse(path, "it resets its states by a method, of which no derivative is known; leave it out, or "
+                     "give initial values");
+    case Kind::solve:
+        refuse(d_.plan.loops[static_cast<std::size_t>(s.number)].path,
+               "the equations of an algebraic loop are not differentiated over a run; break it with a delay");
+    default:
+        refuse(path,
+               "triggers, iterations and events are not differentiated over a run; differentiate a model "
+               "without them");
+    }
+}
+
+std::vector<DualRun::Test> DualRun::tests(const std::vector<Literal>& literals) const {
+    std::vector<Test> all;
+    for (const auto& l : literals) {
+        if (l.kind != Literal::Kind::flag && l.kind != Literal::Kind::signal)
+            refuse({}, "triggers and events are not differentiated over a run; differentiate a model without "
+                       "them");
+        all.push_back({l.kind == Literal::Kind::flag, l.is_negated, l.number, l.signal});
+    }
+    return all;
+}
+
+Dual* DualRun::memory(int node, const Call::Reference& operand) {
+    const auto rate = 3 * static_cast<std::size_t>(d_.nodes[static_cast<std::size_t>(node)].rate);
+    const auto at = [&](int place) { return cells_.data() + place; };
+    switch (operand.source) {
+    case Call::Source::slot: return at(place({node, operand.slot}).now);
+    case Call::Source::next: return at(place({node, operand.slot}).next);
+    case Call::Source::rate: return at(place({node, operand.slot}).rate);
+    case Call::Source::time: return &clocks_[rate];
+    case Call::Source::period: return &clocks_[rate + 1];
+    case Call::Source::trigger: return &clocks_[rate + 2];
+    case Call::Source::constants: break;
+    }
+    const auto& values = *operand.constants;
+    constants_.push_back(std::make_unique<Dual[]>(values.size()));
+    std::copy(values.begin(), values.end(), constants_.back().get());
+    return constants_.back().get();
+}
+
+int DualRun::bind(int node, Phase phase, int index) {
+    const auto& its = d_.nodes[static_cast<std::size_t>(node)];
+    const auto& rules = its.block->declaration().rules(phase);
+    const Call* call =
+        index < static_cast<int>(rules.size()) ? &rules[static_cast<std::size_t>(index)] : nullptr;
+    const auto* kernel = call ? dual_kernel(call->kernel) : nullptr;
+    if (!kernel)
+        refuse(its.path,
+               "its derivative is not known step by step, as that of rules is; gradients of runs go "
+               "through standard blocks alone");
+    auto& memory = views_.emplace_back(std::make_unique<kernels::View<Dual>[]>(call->operands.size()));
+    const auto listed = static_cast<std::size_t>(std::max(call->list_size, 0));
+    std::size_t plain = 0, list = call->operands.size() - (call->list_from >= 0 ? listed : 0);
+    const auto first_of_list = list;
+    for (std::size_t k = 0; k < call->operands.size(); ++k) {
+        const auto& operand = call->operands[k];
+        Size size;
+        if (operand.slot >= 0)
+            size = d_.slot({node, operand.slot}).size;
+        else if (operand.constants)
+            size.rows = static_cast<int>(operand.constants->size());
+        const bool is_listed = call->list_from >= 0 && static_cast<int>(k) >= call->list_from &&
+                               static_cast<int>(k) < call->list_from + call->list_size;
+        memory[is_listed ? list++ : plain++] = {this->memory(node, operand), size.rows, size.cols};
+    }
+    bound_.push_back({kernel->run,
+                      memory.get(),
+                      {memory.get() + first_of_list, static_cast<int>(list - first_of_list)},
+                      node});
+    return static_cast<int>(bound_.size()) - 1;
+}
+
+// ---- running
+
+bool DualRun::holds(const std::vector<Test>& when) const {
+    return std::all_of(when.begin(), when.end(), [this](const Test& test) {
+        bool is = false;
+        if (test.is_flag) {
+            is = flags_[static_cast<std::size_t>(test.flag)] != 0;
+        } else {
+            const auto& its = place(test.signal);
+            for (int e = 0; e < its.count; ++e) is |= cells_[static_cast<std::size_t>(its.now + e)].value > 0;
+        }
+        return is != test.is_negated;
+    });
+}
+
+void DualRun::start() {
+    steps_ = 0;
+    std::fill(flags_.begin(), flags_.end(), 0);
+    until_hit_.clear();
+    for (std::size_t r = 0; r < d_.rates.size(); ++r) {
+        until_hit_.push_back(d_.rates[r].offset);
+        clocks_[3 * r] = 0;
+        clocks_[3 * r + 1] = d_.rates[r].is_continuous ? 0 : d_.period(static_cast<int>(r));
+    }
+    run(start_);
+}
+
+void DualRun::outputs() { run(step_); }
+
+void DualRun::update() {
+    run(update_);
+    ++steps_;
+}
+
+void DualRun::run(const Code& code) {
+    using Op = Instruction::Op;
+    for (std::size_t i = 0; i < code.size(); ++i) {
+        const Instruction& one = code[i];
+        const auto a = static_cast<std::size_t>(one.a);
+        switch (one.op) {
+        case Op::task: {
+            const Bound& task = bound_[a];
+            if (!task.run(task.views, task.list)) [[unlikely]]
+                refuse(d_.nodes[static_cast<std::size_t>(task.node)].path,
+                       "it fails at " + std::to_string(time()) + " s; bf run says why");
+            break;
+        }
+        case Op::commit:
+            for (const auto& its : places_[a])
+                if (its.next >= 0 && its.rate < 0)
+                    std::copy_n(cells_.begin() + its.next, its.count, cells_.begin() + its.now);
+            break;
+        case Op::hit: {
+            const bool is_hit = until_hit_[a]-- == 0;
+            flags_[static_cast<std::size_t>(one.end)] = is_hit;
+            if (!is_hit) break;
+            until_hit_[a] = d_.rates[a].ticks - 1;
+            clocks_[3 * a] = time();
+            break;
+        }
+        case Op::assign: flags_[a] = holds(one.when); break;
+        case Op::clear: flags_[a] = 0; break;
+        case Op::test:
+            if (!holds(one.when)) i = static_cast<std::size_t>(one.end) - 1;
+            break;
+        case Op::rest:
+            for (const auto& its : places_[a])
+                if (its.rate >= 0) std::fill_n(cells_.begin() + its.rate, its.count, Dual(0));
+            break;
+        case Op::set: set(program_.sets[a]); break;
+        case Op::finite:
+            for (int e = 0; e < one.end; ++e)
+                if (!std::isfinite(cells_[a + static_cast<std::size_t>(e)].value))
+                    refuse({}, "a signal became NaN or infinite at " + std::to_string(time()) +
+                                   " s; bf run says which");
+            break;
+        case Op::integrate: integrate(); break;
+        }
+    }
+}
+
+/// Of a state x⁻ and x⁺ agree.
+void DualRun::set(const program::Set& set) {
+    const auto& to = place(set.quantity);
+    for (int e = 0; e < to.count; ++e) {
+        Dual value = 0;
+        if (set.source.node >= 0) {
+            const auto& from = place(set.source);
+            if (from.count > 0)
+                value = cells_[static_cast<std::size_t>(from.now + (from.count == 1 ? 0 : e))];
+        } else if (!set.values.empty()) {
+            value = set.values[set.values.size() == 1 ? 0 : static_cast<std::size_t>(e)];
+        }
+        cells_[static_cast<std::size_t>(to.now + e)] = value;
+        if (to.next >= 0) cells_[static_cast<std::size_t>(to.next + e)] = value;
+    }
+}
+
+/// As kernels::runge_kutta_step, whose step and weights have no derivatives.
+void DualRun::integrate() {
+    const double t = time();
+    const kernels::ButcherTableau& method =
+        *with_tableau(d_.solver.method, []<const kernels::ButcherTableau & tableau> { return &tableau; });
+    Dual *const x = cells_.data() + first_state_, *const rate = cells_.data() + first_rate_;
+    slopes_.resize(static_cast<std::size_t>(method.stages * states_));
+    std::copy_n(x, states_, before_.begin());
+    const auto go = [&](int stages, const double* weights) {
+        for (int e = 0; e < states_; ++e) {
+            Dual sum = 0;
+            bool is_first = true;
+            for (int j = 0; j < stages; ++j) {
+                if (weights[j] == 0) continue;
+                const Dual term = d_.step * weights[j] * slopes_[static_cast<std::size_t>(j * states_ + e)];
+                sum = is_first ? term : sum + term;
+                is_first = false;
+            }
+            x[e] = before_[static_cast<std::size_t>(e)] + sum;
+        }
+    };
+    for (int stage = 0; stage < method.stages; ++stage) {
+        if (stage > 0) { // the first one stands where the outputs were computed
+            go(stage, method.a[stage]);
+            for (std::size_t r = 1; r < d_.rates.size(); ++r)
+                if (d_.rates[r].is_continuous) clocks_[3 * r] = t + method.c[stage] * d_.step;
+            run(inside_);
+        }
+        run(derivatives_);
+        std::copy_n(rate, states_, slopes_.begin() + stage * states_);
+    }
+    go(method.stages, method.b);
+    for (int e = 0; e < states_; ++e)
+        if (!std::isfinite(x[e].value)) refuse({}, program::continuous_state_not_finite.text());
+}
+
+} // namespace bf::analysis

@@ -1,0 +1,192 @@
+// Gradients of runs beside closed forms and central differences of runs.
+#include "bf/analysis/gradient.hpp"
+
+#include "bf/analysis/linearize.hpp"
+
+#include "../../engine/test/support.hpp"
+
+#include <gtest/gtest.h>
+#include <unsupported/Eigen/MatrixFunctions>
+
+namespace bf::analysis::test {
+
+using Runs = bf::test::Session;
+
+namespace {
+
+/// x' = -a x, from x(0) = b.
+std::string lag(const std::string& solver) {
+    return "model: lag\nstep: 0.01\nsolver: " + solver + R"m(
+blocks:
+  x: {block: Integrator, initial: 2}
+  a: {block: Gain, K: -0.7}
+connections: {a: x, x: a}
+)m";
+}
+
+/// A pole on a cart near upright under feedback of its state, sampled at 100 Hz, and its quadratic cost.
+const std::string balancing_pole = R"m(
+model: cart_pole
+step: 0.001
+solver: rk4
+blocks:
+  cart: {block: Fcn, expression: "(u1 + 0.1*sin(u2)*(0.5*u3^2 - 9.81*cos(u2))) / (1 + 0.1*sin(u2)^2)"}
+  pole: {block: Fcn, expression: "(9.81*sin(u2) - u1*cos(u2)) / 0.5"}
+  v: {block: Integrator}
+  p: {block: Integrator, initial: 0.1}
+  w: {block: Integrator}
+  q: {block: Integrator, initial: 0.05}
+  x: {block: Mux, inputs: 4}
+  sampled: {block: ZeroOrderHold, period: 0.01}
+  K: {block: Gain, period: 0.01, multiplication: K*u, K: "[9.21319712 56.31151 9.69488177 12.66011936]"}
+  limit: {block: Saturate, period: 0.01, lower: -20, upper: 20}
+  weighted: {block: Gain, K: "sqrt([10; 10; 1; 1])"}
+  errors: {block: Dot}
+  effort: {block: Square}
+  cheap: {block: Gain, K: 0.1}
+  cost: {block: Sum, signs: ++}
+connections:
+  q: [cart.u2, pole.u2, x.u2]
+  w: [cart.u3, q, x.u4]
+  v: [p, x.u3]
+  p: x.u1
+  cart: [v, pole.u1]
+  pole: w
+  x: [sampled, weighted]
+  sampled: K
+  K: limit
+  limit: [cart.u1, effort]
+  weighted: [errors.u1, errors.u2]
+  errors: cost.u1
+  effort: cheap
+  cheap: cost.u2
+)m";
+
+/// The cost of a run, as `gradient` has it.
+double cost_of_run(Runs& session, double duration) {
+    const auto& d = session.diagram;
+    double total = 0;
+    for (const double cost : session.trace("cost", static_cast<int>(std::lround(duration / d.step))))
+        total += d.step * cost;
+    return total;
+}
+
+std::string refusal_of(const std::string& text, const GradientOptions& options) {
+    const Runs session(text);
+    try {
+        gradient(session.diagram, options);
+    } catch (const RunError& error) {
+        return error.what();
+    }
+    return {};
+}
+
+} // namespace
+
+TEST(Gradient, OfALagIsItsClosedForm) {
+    for (const std::string solver : {"rk4", "dormand_prince", "bogacki_shampine"}) {
+        const Runs session(lag(solver));
+        const auto found = gradient(
+            session.diagram,
+            {.by = {"a.K", "x.x"}, .cost = "x", .over = GradientOptions::Over::end, .duration = 1.5});
+        const double decay = std::exp(-0.7 * 1.5), exact = solver == "bogacki_shampine" ? 1e-6 : 1e-9;
+        EXPECT_NEAR(found.cost, 2 * decay, exact);
+        EXPECT_EQ(found.names, (std::vector<std::string>{"a.K", "x.x"}));
+        EXPECT_EQ(found.at, (Vector(2) << -0.7, 2).finished());
+        EXPECT_NEAR(found.slopes[0], 1.5 * 2 * decay, exact) << "by the gain";
+        EXPECT_NEAR(found.slopes[1], decay, exact) << "by the initial state";
+        EXPECT_FALSE(found.has_corner);
+    }
+    // Euler's steps have a gradient of their own: x(N) = 2 (1 - a h)^N.
+    const Runs session(lag("euler"));
+    const auto found = gradient(
+        session.diagram, {.by = {"a.K"}, .cost = "x", .over = GradientOptions::Over::end, .duration = 1.5});
+    EXPECT_NEAR(found.slopes[0], 2 * 150 * 0.01 * std::pow(1 - 0.7 * 0.01, 149), 1e-13);
+}
+
+TEST(Gradient, OfASampledClosedLoopIsThatOfCentralDifferencesOfRuns) {
+    Runs session(balancing_pole);
+    const std::vector<double> gains{9.21319712, 56.31151, 9.69488177, 12.66011936};
+    const auto found =
+        gradient(session.diagram, {.by = {"K.K", "p.x", "q.initial"}, .cost = "cost", .duration = 1});
+    EXPECT_EQ(found.names, (std::vector<std::string>{"K.K[1][1]", "K.K[1][2]", "K.K[1][3]", "K.K[1][4]",
+                                                     "p.x", "q.initial"}));
+    {
+        Runs run(balancing_pole);
+        EXPECT_DOUBLE_EQ(found.cost, cost_of_run(run, 1)) << "it makes the steps of a run";
+    }
+    for (int i = 0; i < 6; ++i) {
+        const double step = 1e-6;
+        double costs[2];
+        for (const int side : {0, 1}) {
+            Runs run(balancing_pole);
+            auto other = gains;
+            const double by = side == 0 ? -step : step;
+            if (i < 4) {
+                other[static_cast<std::size_t>(i)] += by;
+                run.simulation->set_parameter("K.K", other);
+            } else {
+                run.simulation->set_parameter(i == 4 ? "p.initial" : "q.initial",
+                                              {(i == 4 ? 0.1 : 0.05) + by});
+                run.simulation->start();
+            }
+            costs[side] = cost_of_run(run, 1);
+        }
+        const double difference = (costs[1] - costs[0]) / (2 * step);
+        EXPECT_NEAR(found.slopes[i], difference, 1e-6 * (1 + std::abs(difference)))
+            << found.names[static_cast<std::size_t>(i)];
+    }
+}
+
+TEST(Gradient, IsZeroAtTheRegulatorThatRiccatisEquationGivesOfTheLinearisedDiagram) {
+    // The plant alone, sampled with its input held.
+    const Runs session(balancing_pole);
+    const auto plant = linearize(session.diagram, {.from = {"limit"}, .to = {"x"}, .open = {"limit"}});
+    ASSERT_EQ(plant.period, 0) << "continuous";
+    const auto n = plant.A.rows();
+    ASSERT_EQ(n, 4);
+    // At the origin, where the model itself does not begin.
+    auto upright = balancing_pole;
+    upright.replace(upright.find("initial: 0.1"), 12, "initial: 0.0");
+    upright.replace(upright.find("initial: 0.05"), 13, "initial: 0.00");
+    const Runs resting(upright);
+    const auto system = linearize(resting.diagram, {.from = {"limit"}, .to = {"x"}, .open = {"limit"}});
+    Matrix block = Matrix::Zero(5, 5);
+    block.topLeftCorner(4, 4) = system.A * 0.01;
+    block.topRightCorner(4, 1) = system.B * 0.01;
+    const Matrix flow = block.exp();
+    // In the order of x, the output.
+    const Matrix T = system.C, A = T * flow.topLeftCorner(4, 4) * T.inverse(),
+                 B = T * flow.topRightCorner(4, 1);
+    const Matrix Q = Eigen::Vector4d(10, 10, 1, 1).asDiagonal();
+    Matrix P = Q, K;
+    for (int k = 0; k < 5000; ++k) {
+        K = (Matrix::Constant(1, 1, 0.1) + B.transpose() * P * B).inverse() * B.transpose() * P * A;
+        P = Q + A.transpose() * P * (A - B * K);
+    }
+    // Gains of examples/cart_pole, which were computed elsewhere; here F = +K x, as θ falls against F.
+    const Eigen::RowVector4d known(9.21319712, 56.31151, 9.69488177, 12.66011936);
+    EXPECT_LT((-K - known).cwiseAbs().maxCoeff(), 1e-5) << K;
+}
+
+TEST(Gradient, RefusesByNameWhatIsNotDifferentiated) {
+    const GradientOptions options{.by = {"a.K"}, .cost = "x"};
+    const auto expect = [](const std::string& text, const std::string& part) {
+        EXPECT_NE(text.find(part), std::string::npos) << text;
+    };
+    expect(refusal_of(lag("dormand_prince45"), options), "give the model one of fixed steps, as solver: rk4");
+    expect(refusal_of(lag("rk4"), {.by = {"b.K"}, .cost = "x"}),
+           "the model has no parameter, state or input 'b.K'; did you mean 'a.K'");
+    expect(refusal_of(lag("rk4"), {.by = {"a.K"}, .cost = "z"}), "the model has no signal 'z'");
+    expect(refusal_of(lag("rk4"), {.by = {}, .cost = "x"}), "name parameters by which");
+    expect(refusal_of(lag("rk4"), {.by = {"a.K[2]"}, .cost = "x"}), "'a.K' has no element [2]; it has 1");
+    expect(refusal_of(lag("rk4"), {.by = {"a.K"}, .cost = "x", .duration = -1}), "a run lasts at least 0 s");
+    expect(refusal_of(balancing_pole, {.by = {"K.K"}, .cost = "x"}), "the cost 'x' has 4 elements");
+    expect(refusal_of("model: m\nstep: 0.1\nblocks:\n  a: {block: Gain, K: 2}\n  b: {block: Sum, signs: +-}\n"
+                      "  one: {block: Constant}\nalgebraic_loops: solve\n"
+                      "connections: {one: b.u1, a: b.u2, b: a}\n",
+                      {.by = {"a.K"}, .cost = "b"}),
+           "the equations of an algebraic loop are not differentiated over a run");
+}
+
+} // namespace bf::analysis::test

@@ -1,0 +1,61 @@
+// Blocks that declare their derivative.
+#pragma once
+
+#include "bf/core/access.hpp"
+
+#include <Eigen/Core>
+
+#include <vector>
+
+namespace bf {
+
+/// Small changes of what a block reads and writes, along several directions at once: of each quantity a
+/// matrix with a row per element, in the order of its memory, and a column per direction. Made by the engine.
+class Changes {
+  public:
+    Changes(int slots, int directions) : changes_(static_cast<std::size_t>(slots)), directions_(directions) {}
+
+    int directions() const { return directions_; }
+    /// Does it change along any of the directions? Only inputs with feedthrough and states do.
+    template <class T, Role role> bool moves(const Key<T, role>& key) const {
+        return key.is_present() && at(key.index()).size() > 0;
+    }
+    /// Of what is read, where it moves: elements × directions. Of what is written, to be filled: zeros at
+    /// first.
+    template <class T, Role role> Eigen::MatrixXd& operator[](const Key<T, role>& key) {
+        return at(key.index());
+    }
+    template <class T, Role role> const Eigen::MatrixXd& operator[](const Key<T, role>& key) const {
+        return at(key.index());
+    }
+    /// The same, and zeros where it does not move.
+    template <class T, Role role> Eigen::MatrixXd of(const Key<T, role>& key, Eigen::Index elements) const {
+        return moves(key) ? (*this)[key] : Eigen::MatrixXd::Zero(elements, directions_);
+    }
+    /// The derivative is that of one side, as there is a jump or corner right here.
+    void meets_corner() { has_corner_ = true; }
+    bool has_corner() const { return has_corner_; }
+
+    Eigen::MatrixXd& at(int slot) { return changes_[static_cast<std::size_t>(slot)]; } ///< for engines
+    const Eigen::MatrixXd& at(int slot) const { return changes_[static_cast<std::size_t>(slot)]; }
+
+  private:
+    std::vector<Eigen::MatrixXd> changes_; // by slot; empty: it does not move
+    int directions_;
+    bool has_corner_ = false;
+};
+
+/// A block with an exact derivative of its method `output` says so by this base beside Block:
+/// class MyBlock : public Block, public Differentiable. Rules have theirs by themselves; methods that declare
+/// none are differenced. Nothing in a simulation calls it.
+class Differentiable {
+  public:
+    /// Fills the changes of what `output` writes from those of what it reads, at the values of this instant,
+    /// for which it ran. False: it has none here. It is no part of a step and may allocate.
+    virtual bool directional_derivative(Now at, Changes& changes) const = 0;
+
+  protected:
+    ~Differentiable() = default;
+};
+
+} // namespace bf

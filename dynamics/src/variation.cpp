@@ -1,0 +1,268 @@
+#include "bf/dynamics/variation.hpp"
+
+#include "bf/base/dual.hpp"
+#include "quantities.hpp"
+
+#include <algorithm>
+
+namespace Eigen {
+
+template <int lanes> struct NumTraits<bf::Dual<lanes>> : NumTraits<double> {
+    using Real = bf::Dual<lanes>;
+    using NonInteger = bf::Dual<lanes>;
+    using Nested = bf::Dual<lanes>;
+    enum { RequireInitialization = 0, ReadCost = 1 + lanes, AddCost = 1 + lanes, MulCost = 1 + 3 * lanes };
+};
+template <int lanes, class Operation> struct ScalarBinaryOpTraits<bf::Dual<lanes>, double, Operation> {
+    using ReturnType = bf::Dual<lanes>;
+};
+template <int lanes, class Operation> struct ScalarBinaryOpTraits<double, bf::Dual<lanes>, Operation> {
+    using ReturnType = bf::Dual<lanes>;
+};
+
+} // namespace Eigen
+
+namespace bf::dynamics {
+
+namespace {
+
+using Number = Dual<4>;
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+
+/// Values with their changes along the directions from `first` on.
+template <class Values>
+auto varied(const Values& values, const Eigen::Ref<const Eigen::MatrixXd>& changes, Eigen::Index first) {
+    Eigen::Matrix<Number, Values::RowsAtCompileTime, Values::ColsAtCompileTime> numbers =
+        values.template cast<Number>();
+    const auto count = std::min<Eigen::Index>(Number::directions, changes.cols() - first);
+    for (Eigen::Index e = 0; e < changes.rows(); ++e)
+        for (Eigen::Index c = 0; c < count; ++c)
+            numbers.data()[e].slope[static_cast<std::size_t>(c)] = changes(e, first + c);
+    return numbers;
+}
+
+} // namespace
+
+/// One state per four directions, with numbers that have four derivatives.
+struct Variation::Content {
+    explicit Content(const Model& robot) : model(robot.content()), values(robot) {}
+
+    const Model::Content& model;
+    Data values;
+    std::vector<StateOf<Number>> states;
+    Eigen::Index directions = 0;
+
+    /// f(state, first of its directions) of each.
+    template <class F> void for_each(F&& f) {
+        for (Eigen::Index first = 0; first < directions; first += Number::directions)
+            f(states[static_cast<std::size_t>(first / Number::directions)], first);
+    }
+    template <class F> void set(Eigen::Index count, F&& f) {
+        directions = count;
+        while (static_cast<Eigen::Index>(states.size()) * Number::directions < count)
+            states.emplace_back(model);
+        for_each(f);
+    }
+    /// Changes of quantity(state, y), where y has a place for each element.
+    template <class Plain, class Quantity> void changes_of(Plain y, MatrixOut changes, Quantity&& quantity) {
+        for_each([&](StateOf<Number>& state, Eigen::Index first) {
+            quantity(state, y, first);
+            const auto count = std::min<Eigen::Index>(Number::directions, directions - first);
+            for (Eigen::Index c = 0; c < count; ++c)
+                for (Eigen::Index e = 0; e < y.size(); ++e)
+                    changes(e, first + c) = y.data()[e].slope[static_cast<std::size_t>(c)];
+        });
+    }
+};
+
+Variation::Variation(const Model& model) : content_(std::make_unique<Content>(model)) {}
+Variation::~Variation() = default;
+Variation::Variation(Variation&&) noexcept = default;
+Variation& Variation::operator=(Variation&&) noexcept = default;
+
+void set_state(const Model& model, Variation& variation, const Eigen::Ref<const Eigen::Matrix4d>& w_H_b,
+               const Eigen::Ref<const Eigen::VectorXd>& s, const Eigen::Ref<const Vector6>& nu_base,
+               const Eigen::Ref<const Eigen::VectorXd>& s_dot, const StateChanges& changes,
+               Eigen::Index directions) {
+    auto& v = variation.content();
+    set_state(model, v.values, w_H_b, s, nu_base, s_dot);
+    v.set(directions, [&](StateOf<Number>& state, Eigen::Index first) {
+        set_base(state, varied(w_H_b, changes.w_H_b, first));
+        set_joints(state, varied(s, changes.s, first));
+        set_velocities(state, varied(nu_base, changes.nu_base, first), varied(s_dot, changes.s_dot, first));
+    });
+}
+
+void set_position(const Model& model, Variation& variation, const Eigen::Ref<const Eigen::Matrix4d>& w_H_b,
+                  const Eigen::Ref<const Eigen::VectorXd>& s, const StateChanges& changes,
+                  Eigen::Index directions) {
+    auto& v = variation.content();
+    set_position(model, v.values, w_H_b, s);
+    v.set(directions, [&](StateOf<Number>& state, Eigen::Index first) {
+        set_base(state, varied(w_H_b, changes.w_H_b, first));
+        set_joints(state, varied(s, changes.s, first));
+    });
+}
+
+void set_joint_position(const Model& model, Variation& variation, const Eigen::Ref<const Eigen::VectorXd>& s,
+                        const StateChanges& changes, Eigen::Index directions) {
+    auto& v = variation.content();
+    set_joint_position(model, v.values, s);
+    v.set(directions, [&](StateOf<Number>& state, Eigen::Index first) {
+        set_joints(state, varied(s, changes.s, first));
+    });
+}
+
+void forward_kinematics(const Model&, Variation& variation, Frame frame, MatrixOut changes) {
+    auto& v = variation.content();
+    v.changes_of(MatrixOf<Number>(4, 4), changes,
+                 [&](auto& state, auto& y, Eigen::Index) { forward_kinematics(v.model, state, frame, y); });
+}
+
+void jacobian(const Model& model, Variation& variation, Frame frame, MatrixOut changes) {
+    auto& v = variation.content();
+    v.changes_of(MatrixOf<Number>(6, model.velocities()), changes,
+                 [&](auto& state, auto& y, Eigen::Index) { jacobian(v.model, state, frame, y); });
+}
+
+void bias_acceleration(const Model&, Variation& variation, Frame frame, MatrixOut changes) {
+    auto& v = variation.content();
+    v.changes_of(VectorOf<Number>(6), changes,
+                 [&](auto& state, auto& y, Eigen::Index) { bias_acceleration(v.model, state, frame, y); });
+}
+
+void center_of_mass(const Model&, Variation& variation, MatrixOut changes) {
+    auto& v = variation.content();
+    v.changes_of(VectorOf<Number>(3), changes,
+                 [&](auto& state, auto& y, Eigen::Index) { center_of_mass(v.model, state, y); });
+}
+
+void center_of_mass_velocity(const Model&, Variation& variation, MatrixOut changes) {
+    auto& v = variation.content();
+    v.changes_of(VectorOf<Number>(3), changes,
+                 [&](auto& state, auto& y, Eigen::Index) { center_of_mass_velocity(v.model, state, y); });
+}
+
+void com_jacobian(const Model& model, Variation& variation, MatrixOut changes) {
+    auto& v = variation.content();
+    v.changes_of(MatrixOf<Number>(3, model.velocities()), changes,
+                 [&](auto& state, auto& y, Eigen::Index) { com_jacobian(v.model, state, y); });
+}
+
+void com_bias_acceleration(const Model&, Variation& variation, MatrixOut changes) {
+    auto& v = variation.content();
+    v.changes_of(VectorOf<Number>(3), changes,
+                 [&](auto& state, auto& y, Eigen::Index) { com_bias_acceleration(v.model, state, y); });
+}
+
+void mass_matrix(const Model& model, Variation& variation, MatrixOut changes) {
+    auto& v = variation.content();
+    v.changes_of(MatrixOf<Number>(model.velocities(), model.velocities()), changes,
+                 [&](auto& state, auto& y, Eigen::Index) { mass_matrix(v.model, state, y); });
+}
+
+void bias_forces(const Model& model, Variation& variation, MatrixOut changes) {
+    auto& v = variation.content();
+    v.changes_of(VectorOf<Number>(model.velocities()), changes,
+                 [&](auto& state, auto& y, Eigen::Index) { bias_forces(v.model, state, y); });
+}
+
+void gravity_forces(const Model& model, Variation& variation, MatrixOut changes) {
+    auto& v = variation.content();
+    v.changes_of(VectorOf<Number>(model.velocities()), changes,
+                 [&](auto& state, auto& y, Eigen::Index) { gravity_forces(v.model, state, y); });
+}
+
+void coriolis_forces(const Model& model, Variation& variation, MatrixOut changes) {
+    auto& v = variation.content();
+    v.changes_of(VectorOf<Number>(model.velocities()), changes,
+                 [&](auto& state, auto& y, Eigen::Index) { coriolis_forces(v.model, state, y); });
+}
+
+void coriolis_matrix(const Model& model, Variation& variation, MatrixOut changes) {
+    auto& v = variation.content();
+    v.changes_of(MatrixOf<Number>(model.velocities(), model.velocities()), changes,
+                 [&](auto& state, auto& y, Eigen::Index) { coriolis_matrix(v.model, state, y); });
+}
+
+void mass_matrix_derivative(const Model& model, Variation& variation, MatrixOut changes) {
+    auto& v = variation.content();
+    v.changes_of(MatrixOf<Number>(model.velocities(), model.velocities()), changes,
+                 [&](auto& state, auto& y, Eigen::Index) { mass_matrix_derivative(v.model, state, y); });
+}
+
+void centroidal_momentum(const Model&, Variation& variation, MatrixOut changes) {
+    auto& v = variation.content();
+    v.changes_of(VectorOf<Number>(6), changes,
+                 [&](auto& state, auto& y, Eigen::Index) { centroidal_momentum(v.model, state, y); });
+}
+
+void centroidal_momentum_matrix(const Model& model, Variation& variation, MatrixOut changes) {
+    auto& v = variation.content();
+    v.changes_of(MatrixOf<Number>(6, model.velocities()), changes,
+                 [&](auto& state, auto& y, Eigen::Index) { centroidal_momentum_matrix(v.model, state, y); });
+}
+
+void centroidal_momentum_bias(const Model&, Variation& variation, MatrixOut changes) {
+    auto& v = variation.content();
+    v.changes_of(VectorOf<Number>(6), changes,
+                 [&](auto& state, auto& y, Eigen::Index) { centroidal_momentum_bias(v.model, state, y); });
+}
+
+void relative_transform(const Model&, Variation& variation, Frame reference, Frame frame, MatrixOut changes) {
+    auto& v = variation.content();
+    v.changes_of(MatrixOf<Number>(4, 4), changes, [&](auto& state, auto& y, Eigen::Index) {
+        relative_transform(v.model, state, reference, frame, y);
+    });
+}
+
+void relative_jacobian(const Model& model, Variation& variation, Frame reference, Frame frame,
+                       MatrixOut changes) {
+    auto& v = variation.content();
+    v.changes_of(MatrixOf<Number>(6, model.joints()), changes, [&](auto& state, auto& y, Eigen::Index) {
+        relative_jacobian(v.model, state, reference, frame, y);
+    });
+}
+
+void inverse_dynamics(const Model& model, Variation& variation,
+                      const Eigen::Ref<const Vector6>& base_acceleration,
+                      const Eigen::Ref<const Eigen::VectorXd>& s_ddot,
+                      const Changed& base_acceleration_changes, const Changed& s_ddot_changes,
+                      MatrixOut changes) {
+    auto& v = variation.content();
+    v.changes_of(
+        VectorOf<Number>(model.velocities()), changes, [&](auto& state, auto& y, Eigen::Index first) {
+            inverse_dynamics(v.model, state, varied(base_acceleration, base_acceleration_changes, first),
+                             varied(s_ddot, s_ddot_changes, first), y);
+        });
+}
+
+void add_wrench(const Model& model, Variation& variation, Frame frame, const Eigen::Ref<const Vector6>& f,
+                const Changed& f_changes, MatrixOut forces_changes) {
+    auto& v = variation.content();
+    Eigen::MatrixXd added(model.velocities(), v.directions);
+    v.changes_of(VectorOf<Number>(model.velocities()), added, [&](auto& state, auto& y, Eigen::Index first) {
+        y.setZero();
+        add_wrench(v.model, state, frame, varied(f, f_changes, first), y);
+    });
+    forces_changes += added;
+}
+
+void forward_dynamics(const Model& model, Variation& variation,
+                      const Eigen::Ref<const Eigen::VectorXd>& nu_dot, const Changed& forces_changes,
+                      MatrixOut changes) {
+    const Eigen::Index joints = model.joints();
+    Vector6 base = Vector6::Zero();
+    base.head(nu_dot.size() - joints) = nu_dot.head(nu_dot.size() - joints);
+    const Eigen::MatrixXd none;
+    inverse_dynamics(model, variation, base, nu_dot.tail(joints), none, none, changes);
+    changes = forces_changes - changes;
+    Eigen::VectorXd column(nu_dot.size());
+    for (Eigen::Index c = 0; c < changes.cols(); ++c) {
+        column = changes.col(c);
+        divide_by_mass(model, variation.content().values, column);
+        changes.col(c) = column;
+    }
+}
+
+} // namespace bf::dynamics

@@ -35,18 +35,11 @@ void Slopes::clear() {
 }
 
 void Slopes::assign(const Eigen::Ref<const Rows>& all, const std::vector<int>* numbers) {
-    std::vector<char> moves(static_cast<std::size_t>(all.cols()));
-    for (Eigen::Index e = 0; e < all.rows(); ++e) {
-        const double* const row = all.data() + e * all.outerStride();
-        for (std::size_t c = 0; c < moves.size(); ++c) moves[c] |= row[c] != 0;
-    }
     std::vector<int> kept;
     for (int c = 0; c < all.cols(); ++c)
-        if (moves[static_cast<std::size_t>(c)]) kept.push_back(c);
-    if (static_cast<Eigen::Index>(kept.size()) == all.cols())
-        values = all;
-    else
-        values = all(Eigen::all, kept);
+        if ((all.col(c).array() != 0).any()) kept.push_back(c);
+    values.resize(all.rows(), static_cast<Eigen::Index>(kept.size()));
+    for (std::size_t c = 0; c < kept.size(); ++c) values.col(static_cast<Eigen::Index>(c)) = all.col(kept[c]);
     if (numbers)
         for (int& c : kept) c = (*numbers)[static_cast<std::size_t>(c)];
     seeds = std::move(kept);
@@ -394,7 +387,8 @@ bool Differential::write(int node, const std::vector<Part>& from, const std::vec
     for (const auto& part : to) results += part.count;
     if (results == 0) return true;
     const bool by_elements = read.rows() < read.cols();
-    const Matrix directions = by_elements ? Matrix(Matrix::Identity(read.rows(), read.rows())) : Matrix(read);
+    const Matrix unit = by_elements ? Matrix::Identity(read.rows(), read.rows()) : Matrix();
+    const Matrix& directions = by_elements ? unit : read;
     Matrix along = Matrix::Zero(results, directions.cols());
     if (!differentiate(directions, along)) return false;
     if (!along.allFinite())

@@ -17,7 +17,7 @@ namespace bf::analysis {
 /// Derivatives of the elements of one quantity by those seeds on which it depends: a diagram has many seeds,
 /// and most of it hangs on few of them.
 struct Slopes {
-    using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+    using Rows = Matrix;
     std::vector<int> seeds; ///< ascending
     Rows values;            ///< a row per element, a column per entry of `seeds`
 

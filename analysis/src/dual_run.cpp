@@ -273,40 +273,30 @@ void DualRun::set(const program::Set& set) {
     }
 }
 
-/// As kernels::runge_kutta_step, whose step and weights have no derivatives.
+/// A step is linear in states and rates: their derivatives go the way of the values beside them.
 void DualRun::integrate() {
-    const double t = time();
-    const kernels::ButcherTableau& method =
-        *with_tableau(d_.solver.method, []<const kernels::ButcherTableau & tableau> { return &tableau; });
-    Dual *const x = cells_.data() + first_state_, *const rate = cells_.data() + first_rate_;
-    slopes_.resize(static_cast<std::size_t>(method.stages * states_));
-    std::copy_n(x, states_, before_.begin());
-    const auto go = [&](int stages, const double* weights) {
-        for (int e = 0; e < states_; ++e) {
-            Dual sum = 0;
-            bool is_first = true;
-            for (int j = 0; j < stages; ++j) {
-                if (weights[j] == 0) continue;
-                const Dual term = d_.step * weights[j] * slopes_[static_cast<std::size_t>(j * states_ + e)];
-                sum = is_first ? term : sum + term;
-                is_first = false;
-            }
-            x[e] = before_[static_cast<std::size_t>(e)] + sum;
-        }
-    };
-    for (int stage = 0; stage < method.stages; ++stage) {
+    constexpr int parts = 1 + Dual::directions;
+    static_assert(sizeof(Dual) == parts * sizeof(double));
+    const auto numbers = [](Dual* dual) { return reinterpret_cast<double*>(dual); };
+    const auto derivative = [&](int stage, double t) {
         if (stage > 0) { // the first one stands where the outputs were computed
-            go(stage, method.a[stage]);
             for (std::size_t r = 1; r < d_.rates.size(); ++r)
-                if (d_.rates[r].is_continuous) clocks_[3 * r] = t + method.c[stage] * d_.step;
+                if (d_.rates[r].is_continuous) clocks_[3 * r] = t;
             run(inside_);
         }
         run(derivatives_);
-        std::copy_n(rate, states_, slopes_.begin() + stage * states_);
-    }
-    go(method.stages, method.b);
+        return true;
+    };
+    with_tableau(d_.solver.method, [&]<const kernels::ButcherTableau & method> {
+        slopes_.resize(static_cast<std::size_t>(method.stages * states_));
+        return kernels::runge_kutta_step<method>(
+            time(), d_.step, parts * states_, numbers(cells_.data() + first_state_),
+            numbers(cells_.data() + first_rate_), numbers(before_.data()), numbers(slopes_.data()),
+            derivative);
+    });
     for (int e = 0; e < states_; ++e)
-        if (!std::isfinite(x[e].value)) refuse({}, program::continuous_state_not_finite.text());
+        if (!std::isfinite(cells_[static_cast<std::size_t>(first_state_ + e)].value))
+            refuse({}, program::continuous_state_not_finite.text());
 }
 
 } // namespace bf::analysis

@@ -22,10 +22,12 @@ Eigen::Map<const Matrix> change(const RuleOperand& operand, const Matrix& direct
 
 bool by_formula(std::string_view kernel, const std::vector<RuleOperand>& operands, const Matrix& directions,
                 Matrix& slopes) {
-    const bool is_product = kernel == kernels::MatrixProduct::name,
+    const bool may_scale = kernel == kernels::ScalarOrMatrixProduct::name,
+               is_product = may_scale || kernel == kernels::MatrixProduct::name,
                is_solution = kernel == kernels::CholeskySolve::name;
     if (!is_product && !is_solution) return false;
     const RuleOperand &y = operands[0], &first = operands[1], &second = operands[2];
+    if (may_scale && (first.view.size() == 1 || second.view.size() == 1)) return false;
     const Matrix A = values(first), B = values(second);
     Matrix Y;
     Eigen::LLT<Matrix> factor;

@@ -128,7 +128,7 @@ class LinearSystem:
         import numpy
 
         pair = self._pair(output, input)
-        asked = self._native._frequencies(*pair, 400) if omega is None else numpy.atleast_1d(omega).astype(float).tolist()
+        asked = self._native._frequencies(*pair, 400, False) if omega is None else numpy.atleast_1d(omega).astype(float).tolist()
         return numpy.array(asked), numpy.array(self._native._response(*pair, asked)[0])
 
     def margins(self, output: str | int = 0, input: str | int = 0) -> Margins:
@@ -136,7 +136,7 @@ class LinearSystem:
         return self._native._margins(*self._pair(output, input))
 
     def step_response(self, duration: float = 0, *, output: str | int = 0, input: str | int = 0) -> StepResponse:
-        """To a step of 1 from rest; without a duration until the slowest pole has faded."""
+        """To a step of 1 from rest; without a duration until it has settled."""
         return self._native._step_response(*self._pair(output, input), duration)
 
     # ---- pictures
@@ -145,7 +145,7 @@ class LinearSystem:
         """Magnitude [dB] and phase [degrees] over frequency."""
         figure, axes = _figure(2)
         pair = self._pair(output, input)
-        omega = self._native._frequencies(*pair, 600)
+        omega = self._native._frequencies(*pair, 600, True)
         _, magnitude, phase = self._native._response(*pair, omega)
         for axis, values, unit in zip(axes, (magnitude, phase), ("magnitude [dB]", "phase [degrees]")):
             axis.semilogx(omega, values, linewidth=1.2)
@@ -160,7 +160,7 @@ class LinearSystem:
 
         figure, (axis,) = _figure(1)
         pair = self._pair(output, input)
-        value = numpy.array(self._native._response(*pair, self._native._frequencies(*pair, 3000))[0])
+        value = numpy.array(self._native._response(*pair, self._native._frequencies(*pair, 3000, True))[0])
         value[abs(value) > _FARTHEST] = numpy.nan
         angle = numpy.linspace(0, 2 * numpy.pi, 200)
         axis.plot(numpy.cos(angle), numpy.sin(angle), "--", color="0.6", linewidth=0.8)
@@ -177,7 +177,7 @@ class LinearSystem:
         """Magnitude [dB] over phase [degrees]."""
         figure, (axis,) = _figure(1)
         pair = self._pair(output, input)
-        _, magnitude, phase = self._native._response(*pair, self._native._frequencies(*pair, 1500))
+        _, magnitude, phase = self._native._response(*pair, self._native._frequencies(*pair, 1500, True))
         axis.plot(phase, magnitude, linewidth=1.2)
         axis.plot([-180], [0], "x", color="black")
         axis.set_title(self._title(*pair), fontsize=10, loc="left")

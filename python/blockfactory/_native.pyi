@@ -360,7 +360,7 @@ class Margins:
 
     @property
     def phase_crossover(self) -> float:
-        """Where L is negative real, of `gain` [rad/s]."""
+        """Where L is negative real, of `gain` [rad/s]; may be 0 or infinite."""
 
     @property
     def gain_crossover(self) -> float:
@@ -392,10 +392,19 @@ class StepResponse:
         """% of `final`."""
 
     @property
-    def peak(self) -> float: ...
+    def peak(self) -> float:
+        """The extreme on the side of `final`."""
 
     @property
     def peak_time(self) -> float:
+        """[s]"""
+
+    @property
+    def undershoot(self) -> float:
+        """How far it goes to the other side of 0 [% of `final`]."""
+
+    @property
+    def undershoot_time(self) -> float:
         """[s]"""
 
     @property
@@ -465,7 +474,7 @@ class LinearSystem:
 
     def _zeros(self, output: int, input: int) -> list[complex]: ...
 
-    def _frequencies(self, output: int, input: int, count: int) -> list[float]: ...
+    def _frequencies(self, output: int, input: int, count: int, of_loop: bool) -> list[float]: ...
 
     def _response(self, output: int, input: int, omega: Sequence[float]) -> tuple[list[complex], list[float], list[float]]: ...
 

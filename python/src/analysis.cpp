@@ -32,7 +32,8 @@ void bind_results(nb::module_& m) {
                 "That L may lose, or must gain where it is negative [degrees]; the least of all crossovers.")
         .def_ro("delay", &Margins::delay, "That L may get [s].")
         .def_ro("modulus", &Margins::modulus, "Least distance of L from -1.")
-        .def_ro("phase_crossover", &Margins::phase_crossover, "Where L is negative real, of `gain` [rad/s].")
+        .def_ro("phase_crossover", &Margins::phase_crossover,
+                "Where L is negative real, of `gain` [rad/s]; may be 0 or infinite.")
         .def_ro("gain_crossover", &Margins::gain_crossover, "Where |L| = 1, of `phase` [rad/s].")
         .def_ro("bandwidth", &Margins::bandwidth,
                 "Of L/(1 + L): where it first is 3 dB below its value at 0 [rad/s].")
@@ -42,8 +43,11 @@ void bind_results(nb::module_& m) {
         .def_ro("_value", &StepResponse::value)
         .def_ro("final", &StepResponse::final, "Value that it comes to; nan of an unstable system.")
         .def_ro("overshoot", &StepResponse::overshoot, "% of `final`.")
-        .def_ro("peak", &StepResponse::peak)
+        .def_ro("peak", &StepResponse::peak, "The extreme on the side of `final`.")
         .def_ro("peak_time", &StepResponse::peak_time, "[s]")
+        .def_ro("undershoot", &StepResponse::undershoot,
+                "How far it goes to the other side of 0 [% of `final`].")
+        .def_ro("undershoot_time", &StepResponse::undershoot_time, "[s]")
         .def_ro("rise_time", &StepResponse::rise_time, "From 10 % to 90 % of `final` [s].")
         .def_ro("settling_time", &StepResponse::settling_time,
                 "After which it stays within 2 % of `final` [s].");
@@ -94,11 +98,11 @@ void bind_analysis(nb::module_& m) {
             nb::arg("output"), nb::arg("input"))
         .def(
             "_frequencies",
-            [](const LinearSystem& s, int output, int input, int count) {
+            [](const LinearSystem& s, int output, int input, int count, bool of_loop) {
                 check(s, output, input);
-                return analysis::frequencies(s, output, input, count);
+                return analysis::frequencies(s, output, input, count, of_loop);
             },
-            nb::arg("output"), nb::arg("input"), nb::arg("count"))
+            nb::arg("output"), nb::arg("input"), nb::arg("count"), nb::arg("of_loop"))
         .def(
             "_response",
             [](const LinearSystem& s, int output, int input, const std::vector<double>& omega) {

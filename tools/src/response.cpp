@@ -33,9 +33,12 @@ std::string decibels(double ratio) { return number(20 * std::log10(ratio)) + " d
 void line(const char* what, const std::string& value) { std::printf("  %-16s%s\n", what, value.c_str()); }
 
 void print_margins(const analysis::Margins& m) {
-    line("closed loop", m.is_stable ? "stable" : "unstable");
-    line("gain margin",
-         std::isinf(m.gain) ? "none" : decibels(m.gain) + " at " + number(m.phase_crossover) + " rad/s");
+    line("closed loop",
+         m.is_stable ? "stable" : "unstable; the margins lead to a limit of stability, not away from it");
+    line("gain margin", std::isinf(m.gain) ? "none"
+                        : std::isinf(m.phase_crossover)
+                            ? decibels(m.gain) + " at infinite frequency"
+                            : decibels(m.gain) + " at " + number(m.phase_crossover) + " rad/s");
     if (m.gain_reduction > 0) line("", "and down to " + decibels(m.gain_reduction));
     line("phase margin", std::isinf(m.phase)
                              ? "none"
@@ -55,26 +58,53 @@ std::string title(const ResponseOptions& options, const LinearSystem& s) {
                                        : "Loop through " + options.linear.loop;
 }
 
+bool is_loop(const ResponseOptions& options) { return !options.linear.loop.empty(); }
+
+/// The response over all that its margins tell of.
+analysis::Response seen(const ResponseOptions& options, const LinearSystem& s, int count) {
+    return analysis::response(s, 0, 0, analysis::frequencies(s, 0, 0, count, is_loop(options)));
+}
+
+/// Odd multiples of 180 degrees that a phase passes, or the one that is nearest to it: there L is negative
+/// real.
+std::vector<double> reversals(const std::vector<double>& phase) {
+    double low = INFINITY, high = -INFINITY;
+    for (const double p : phase)
+        if (std::isfinite(p)) {
+            low = std::min(low, p);
+            high = std::max(high, p);
+        }
+    std::vector<double> all;
+    if (!(low <= high)) return {-180};
+    for (double k = std::ceil((low - 181) / 360); 360 * k + 180 <= high + 1; ++k)
+        all.push_back(360 * k + 180);
+    if (all.empty()) all.push_back(360 * std::round((low + high - 360) / 720) + 180);
+    return all;
+}
+
 Figure bode(const ResponseOptions& options, const LinearSystem& s) {
-    const auto r =
-        analysis::response(s, 0, 0, analysis::frequencies(s, 0, 0, 400, !options.linear.loop.empty()));
+    analysis::Margins m;
+    if (is_loop(options)) {
+        m = analysis::margins(s);
+        print_margins(m);
+    } else {
+        line("gain at 0", number(analysis::frequency_response(s, 0, 0, 0).real()));
+    }
+    if (options.output.empty()) return {};
+    const auto r = seen(options, s, 600);
     Figure figure{title(options, s),
                   {{"Magnitude", "dB", {curve("magnitude", r.omega, r.magnitude)}},
                    {"Phase", "degrees", {curve("phase", r.omega, r.phase)}}},
                   "frequency (rad/s)",
                   true};
-    if (options.linear.loop.empty()) {
-        line("gain at 0", number(std::abs(analysis::frequency_response(s, 0, 0, 0))));
-        return figure;
-    }
-    const auto m = analysis::margins(s);
-    print_margins(m);
-    const auto level_line = [&](const char* name, double level) {
-        return curve(name, {r.omega.front(), r.omega.back()}, {level, level}, true);
+    if (!is_loop(options)) return figure;
+    const auto level_line = [&](std::size_t panel, const std::string& name, double level) {
+        figure.panels[panel].curves.push_back(
+            curve(name, {r.omega.front(), r.omega.back()}, {level, level}, true));
     };
-    figure.panels[0].curves.push_back(level_line("0 dB", 0));
-    figure.panels[1].curves.push_back(level_line("-180 degrees", -180));
-    if (std::isfinite(m.gain))
+    level_line(0, "0 dB", 0);
+    for (const double level : reversals(r.phase)) level_line(1, number(level) + " degrees", level);
+    if (m.phase_crossover >= r.omega.front() && m.phase_crossover <= r.omega.back())
         figure.panels[0].curves.push_back(curve("gain margin " + decibels(m.gain), {m.phase_crossover},
                                                 {-20 * std::log10(m.gain)}, false, Curve::Mark::circle));
     if (std::isfinite(m.phase)) {
@@ -104,7 +134,8 @@ constexpr double farthest = 4;
 
 Figure nyquist(const ResponseOptions& options, const LinearSystem& s) {
     print_margins(analysis::margins(s));
-    const auto r = analysis::response(s, 0, 0, analysis::frequencies(s, 0, 0, 1500, true));
+    if (options.output.empty()) return {};
+    const auto r = seen(options, s, 2000);
     std::vector<double> x, y, mirrored;
     for (const auto& value : r.value) {
         const bool is_far = std::abs(value) > farthest;
@@ -124,21 +155,31 @@ Figure nyquist(const ResponseOptions& options, const LinearSystem& s) {
 
 Figure nichols(const ResponseOptions& options, const LinearSystem& s) {
     print_margins(analysis::margins(s));
-    auto r = analysis::response(s, 0, 0, analysis::frequencies(s, 0, 0, 1500, true));
+    if (options.output.empty()) return {};
+    auto r = seen(options, s, 2000);
     for (std::size_t i = 0; i < r.omega.size(); ++i)
         if (std::abs(r.magnitude[i]) > 60) r.magnitude[i] = r.phase[i] = NAN;
+    const auto at = reversals(r.phase);
+    // Without states L is one point.
+    const auto mark = s.A.rows() == 0 ? Curve::Mark::circle : Curve::Mark::none;
     return {title(options, s),
             {{"Nichols",
               "dB",
-              {curve("L", r.phase, r.magnitude), curve("-1", {-180}, {0}, false, Curve::Mark::cross)}}},
+              {curve("L", r.phase, r.magnitude, false, mark),
+               curve("-1", at, std::vector<double>(at.size(), 0), false, Curve::Mark::cross)}}},
             "phase (degrees)"};
 }
 
 Figure root_locus(const ResponseOptions& options, const LinearSystem& s) {
+    std::printf("poles of the closed loop\n");
+    const auto closed_poles = analysis::poles(analysis::closed(s));
+    for (const auto& root : closed_poles) std::printf("  %s\n", root_text(root).c_str());
+    if (options.output.empty()) return {};
     const auto locus = analysis::root_locus(s);
+    const auto zeros = analysis::zeros(s, 0, 0);
     double size = 1e-3;
-    for (const auto& root : locus.roots.front()) size = std::max(size, std::abs(root));
-    for (const auto& zero : analysis::zeros(s, 0, 0)) size = std::max(size, std::abs(zero));
+    for (const auto& roots : {locus.roots.front(), zeros, closed_poles})
+        for (const auto& root : roots) size = std::max(size, std::abs(root));
     Figure figure{title(options, s),
                   {{"Root locus, k from 0 to 1000", "imaginary part", {}}},
                   "real part",
@@ -164,10 +205,7 @@ Figure root_locus(const ResponseOptions& options, const LinearSystem& s) {
     };
     if (s.period > 0) curves.push_back(unit_circle("limit of stability"));
     marks("open-loop poles", locus.roots.front(), Curve::Mark::cross);
-    marks("zeros", analysis::zeros(s, 0, 0), Curve::Mark::circle);
-    std::printf("poles of the closed loop\n");
-    for (const auto& root : analysis::poles(analysis::closed(s)))
-        std::printf("  %s\n", root_text(root).c_str());
+    marks("zeros", zeros, Curve::Mark::circle);
     return figure;
 }
 
@@ -183,8 +221,10 @@ Figure step(const ResponseOptions& options, const LinearSystem& s) {
         known("overshoot", r.overshoot, " %"); // of a final value that is not 0
         known("rise time", r.rise_time, " s");
         known("settling time", r.settling_time, " s");
+        line("peak", number(r.peak) + " at " + number(r.peak_time) + " s");
+        if (r.undershoot > 1e-6) // else it is rounding
+            line("undershoot", number(r.undershoot) + " % at " + number(r.undershoot_time) + " s");
     }
-    line("peak", number(r.peak) + " at " + number(r.peak_time) + " s");
     Figure figure{
         title(options, s),
         {{"Response to a step of 1", s.output_units.front(), {curve("response", r.time, r.value)}}}};
@@ -207,7 +247,7 @@ void add(CLI::App& app, const char* verb, const char* what, const char* example,
         ->type_name("FILE");
     options->size.add_to(*command);
     if (draw == step)
-        command->add_option("--duration", options->duration, "seconds; 0: until the slowest pole has faded")
+        command->add_option("--duration", options->duration, "seconds; 0: until it has settled")
             ->check(between(0, 1e9))
             ->type_name("SECONDS")
             ->capture_default_str();

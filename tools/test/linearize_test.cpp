@@ -74,6 +74,11 @@ TEST_F(Linearize, TellsTheMarginsOfALoopAndDrawsIt) {
     const auto locus = bf("rootlocus loop.yaml --loop plant -o locus.svg");
     EXPECT_CONTAINS(locus.out, "-1.5 + 3.1225j"); // s² + 3 s + 12
     EXPECT_CONTAINS(read("locus.svg"), "open-loop poles");
+    EXPECT_EQ(bf("rootlocus loop.yaml --loop plant").out.find("locus.svg"), std::string::npos);
+    // L = 10 (-1)/((s + 1) (s + 2)) turns from -180 to -360 degrees.
+    EXPECT_EQ(bf("bode loop.yaml --loop plant --set gain.K=-5 -o turned.svg").code, 0);
+    EXPECT_CONTAINS(read("turned.svg"), "-180 degrees");
+    EXPECT_CONTAINS(bf("bode loop.yaml --loop plant --set gain.K=-15").out, "unstable; the margins lead to");
     const auto step = bf("step loop.yaml -o step.png");
     EXPECT_CONTAINS(step.out, "final value     0.833333");
 }
@@ -114,6 +119,7 @@ TEST_F(Linearize, RefusesWithTheReason) {
     expect_error("linearize loop.yaml -o loop.yaml", "loop.yaml");
     expect_error("bode loop.yaml --to plant --to gain", "from one input to one output");
     expect_error("bode loop.yaml --loop plant --from r", "--from excludes --loop");
+    expect_error("bode loop.yaml --loop r", "there is no loop: what is added to 'r' does not come back");
     expect_error("linearize loop.yaml --at -1", "--at");
     expect_error("linearize loop.yaml --from-snapshot nofile", "nofile");
     EXPECT_CONTAINS(bf("nyquist loop.yaml --loop r").err, "no loop goes through, so that L = 0: r");

@@ -14,18 +14,19 @@ using Complex = std::complex<double>;
 
 /// Eigenvalues of A, by their real part.
 std::vector<Complex> poles(const LinearSystem& system);
-/// Where the transfer function from that input to that output is 0: finite generalised eigenvalues of
-/// [A B; C D] and [I 0; 0 0]. Source: Emami-Naeini and Van Dooren, Automatica 18 (1982).
+/// Where the transfer function from that input to that output is 0. Source: Emami-Naeini and Van Dooren,
+/// Automatica 18 (1982).
 std::vector<Complex> zeros(const LinearSystem& system, int output, int input);
 /// Do all poles lie in the open left half plane, or of a sampled system in the open unit disc?
 bool is_stable(const LinearSystem& system);
+bool are_stable(const std::vector<Complex>& poles, double period);
 
 /// G(jω) = C (jω I - A)⁻¹ B + D, or G(exp(jω T)) of a sampled system; ω [rad/s].
 Complex frequency_response(const LinearSystem& system, int output, int input, double omega);
 /// Frequencies that show what poles and zeros do [rad/s], evenly on a logarithmic axis; up to π/T of a
-/// sampled system. `to_one`, for loops: also where it crosses 1, with a decade around.
+/// sampled system. Of a loop they reach a decade beyond all its crossovers.
 std::vector<double> frequencies(const LinearSystem& system, int output, int input, int count = 400,
-                                bool to_one = false);
+                                bool of_loop = false);
 /// `system` at several frequencies. The phase is unwrapped: it has no jump where the transfer function has
 /// none.
 struct Response {
@@ -39,17 +40,18 @@ Response response(const LinearSystem& system, int output, int input, const std::
 /// The loop gain L of a loop that is closed by negative feedback, 1 + L = 0.
 struct Margins {
     static constexpr double none = std::numeric_limits<double>::infinity();
-    double gain = none;         ///< by which L may be multiplied until the loop is unstable, > 1
+    double gain = none;         ///< > 1, by which L may be multiplied until the loop is unstable
     double gain_reduction = 0;  ///< the greatest factor < 1 that makes it unstable; 0: none does
     double phase = none;        ///< that L may lose, or must gain where it is negative [degrees]; the least
     double delay = none;        ///< that L may get [s]
     double modulus = none;      ///< least distance of L from -1
-    double phase_crossover = 0; ///< where L is negative real, of `gain` [rad/s]
+    double phase_crossover = 0; ///< where L is negative real, of `gain` [rad/s]; may be 0 or infinite
     double gain_crossover = 0;  ///< where |L| = 1, of `phase` [rad/s]
     double bandwidth = none;    ///< of L/(1 + L): where it first is 3 dB below its value at 0 [rad/s]
     bool is_stable = false;     ///< is the closed loop?
 };
-/// Crossovers are found between the frequencies and then by bisection, to twelve digits.
+/// Crossovers are found between points that lie so densely that L moves by a small part of its distance from
+/// -1, and then by bisection, to twelve digits. Throws RunError: L is 0; D = -1.
 Margins margins(const LinearSystem& loop, int output = 0, int input = 0);
 /// -L: the open-loop transfer function of a loop that was cut has its own sign, which is negative where it
 /// feeds back.
@@ -57,7 +59,8 @@ LinearSystem negative(LinearSystem system);
 /// L/(1 + L).
 LinearSystem closed(const LinearSystem& loop, int output = 0, int input = 0);
 
-/// Poles of the closed loop with k L for each k, which follow one another from k to k.
+/// Poles of the closed loop with k L for each k, which follow one another from k to k; without gains from 0
+/// to 1000 in steps that are shorter where branches meet.
 struct RootLocus {
     std::vector<double> gains;
     std::vector<std::vector<Complex>> roots; ///< by gain
@@ -68,12 +71,17 @@ RootLocus root_locus(const LinearSystem& loop, int output = 0, int input = 0, st
 struct StepResponse {
     std::vector<double> time, value; ///< s
     double final = 0;                ///< value that it comes to; NaN of an unstable system
-    double overshoot = 0;            ///< % of `final`
-    double peak = 0, peak_time = 0;  ///< s
+    double overshoot = 0;            ///< % of `final`; NaN, as all that is relative to it, where that is 0
+    double peak = 0, peak_time = 0;  ///< the extreme on the side of `final`, and when [s]
+    double undershoot = 0;           ///< how far it goes to the other side of 0 [% of `final`]
+    double undershoot_time = 0;      ///< when it is there [s]
     double rise_time = 0;            ///< from 10 % to 90 % of `final` [s]
-    double settling_time = 0;        ///< after which it stays within 2 % of `final` [s]
+    /// After which it stays within 2 % of `final`, or of its largest value where that is 0 [s]; NaN: not
+    /// within `time`.
+    double settling_time = 0;
 };
-/// `duration` 0: until the slowest pole has faded, or ten times its time constant of growth.
+/// `duration` 0: until the slowest pole has faded and the response has settled, or eight times the time
+/// constant of growth.
 StepResponse step_response(const LinearSystem& system, int output, int input, double duration = 0);
 
 } // namespace bf::analysis

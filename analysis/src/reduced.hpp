@@ -1,0 +1,34 @@
+// One input and one output of a linear system, in a form that is quick at many frequencies and gains.
+#pragma once
+
+#include "bf/analysis/response.hpp"
+
+namespace bf::analysis {
+
+/// Of a balanced matrix: D⁻¹ A D with rows and columns of like size, D of powers of 2, so that what is fast
+/// does not hide what is slow in its rounding. Source: Parlett and Reinsch, Numerische Mathematik 13 (1969).
+std::vector<Complex> eigenvalues(const Matrix& A);
+
+/// The same transfer function with A balanced and an upper Hessenberg matrix H, and with B = β e₁: a
+/// frequency costs O(n²), and H - k B C is such a matrix again. Source: Laub, IEEE Transactions on Automatic
+/// Control 26 (1981), and Van Dooren and Verhaegen, Contemporary Mathematics 47 (1985).
+class Reduced {
+  public:
+    Reduced(const LinearSystem& system, int output, int input);
+
+    /// C (s I - H)⁻¹ B + D at s = jω, or at s = exp(jω T); infinite at a pole. ω [rad/s].
+    Complex operator()(double omega) const;
+    /// Of the loop that is closed by negative feedback with this gain.
+    std::vector<Complex> poles(double gain = 0) const;
+    std::vector<Complex> zeros() const;
+    double direct() const { return d_; } ///< D: at infinite frequency in continuous time
+    double period() const { return period_; }
+
+  private:
+    Matrix H_;
+    double beta_ = 0, d_;
+    Vector c_; ///< C as a column
+    double period_;
+};
+
+} // namespace bf::analysis

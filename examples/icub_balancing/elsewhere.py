@@ -64,6 +64,7 @@ def has_yarp():
 ways = {"shared_memory": ["--shm", name], "udp": ["--udp", port, "--key", out / "robot.key"]}
 blocks = {"shared_memory": "elsewhere", "udp": "remote", "yarp": "behind_yarp"}
 tolerance = {"yarp": 1e-6}
+by_clock = ["--realtime", "--priority", 0, "--watchdog", 20]  # the ports of YARP are opened in the first step
 by_the_clock = {"yarp": ["--set", "behind_yarp.simulator=''"]}
 if has_yarp():
     ways["yarp"] = ["--yarp", "icubSim"]
@@ -143,7 +144,7 @@ for way in ways:
     print(f"  {way}, replay: {replay.strip()}")
 
     # By the clock, each side by its own.
-    server = serve(way, "--once", "--realtime", "--priority", 0, "--silence", 5, "--record", out / f"{way}_clock.mcap")
+    server = serve(way, "--once", *by_clock, "--silence", 5, "--record", out / f"{way}_clock.mcap")
     result = recorded.run(*drive(way, "--stop", seconds, "--realtime", "--priority", 0, "--set",
                                  f"{blocks[way]}.clock='own'", *by_the_clock.get(way, []), "--record", out / f"{way}_own.mcap"), timeout=None).stdout
     ended(server)
@@ -154,9 +155,11 @@ for way in ways:
         bf, out / f"{way}_clock.mcap")["world.com"].items() if t >= began}
 
     # The controller is killed, and the joints are held where they are.
-    server = serve(way, "--stop", "4", "--realtime", "--priority", 0, "--record", out / f"{way}_killed.mcap")
+    server = serve(way, "--stop", "8", *by_clock, "--record", out / f"{way}_killed.mcap")
     controller = subprocess.Popen(drive(way, "--stop", "Inf"), stdout=subprocess.DEVNULL)
-    time.sleep(1.5)
+    line = server.stderr.readline()
+    assert "a controller has come" in line, line
+    time.sleep(0.5)
     controller.send_signal(signal.SIGKILL)
     controller.wait()
     told = ended(server)

@@ -358,32 +358,38 @@ class Board final : public toolbox::RobotConnection {
     bool write(ControlMode mode, const Eigen::Ref<const VectorXd>& references) noexcept override {
         const VectorXd degrees = references / radians, raw = references;
         VectorXd came(n_);
-        const auto is_taken = [&](auto* view, auto get, const VectorXd& sent) {
-            // What is streamed comes at some time, and a simulator goes on only then. Not all boards tell it.
+        // What is streamed comes at some time or gets lost, and a simulator goes on only when it has come.
+        // Not all boards tell what they were given.
+        const auto give = [&](auto* view, auto set, auto get, const VectorXd& what) {
+            if (!view || !(view->*set)(what.data())) return false;
+            double sent = middleware::now();
             return !simulator_ || waits_for([&] {
-                return !(view->*get)(came.data()) || (came - sent).norm() <= 1e-9 * (1 + sent.norm());
+                if (!(view->*get)(came.data()) || (came - what).norm() <= 1e-9 * (1 + what.norm()))
+                    return true;
+                if (middleware::now() - sent > 0.02) {
+                    (view->*set)(what.data());
+                    sent = middleware::now();
+                }
+                return false;
             });
         };
         switch (mode) {
         case ControlMode::position: return positions_ && positions_->positionMove(degrees.data());
         case ControlMode::position_direct:
-            return direct_ && direct_->setPositions(degrees.data()) &&
-                   is_taken(direct_, AllOf<dev::IPositionDirect>(&dev::IPositionDirect::getRefPositions),
-                            degrees);
+            return give(direct_, All<dev::IPositionDirect>(&dev::IPositionDirect::setPositions),
+                        Each<dev::IPositionDirect>(&dev::IPositionDirect::getRefPositions), degrees);
         case ControlMode::velocity:
-            return velocities_ && velocities_->velocityMove(degrees.data()) &&
-                   is_taken(velocities_,
-                            AllOf<dev::IVelocityControl>(&dev::IVelocityControl::getRefVelocities), degrees);
+            return give(velocities_, All<dev::IVelocityControl>(&dev::IVelocityControl::velocityMove),
+                        Each<dev::IVelocityControl>(&dev::IVelocityControl::getRefVelocities), degrees);
         case ControlMode::torque:
-            return torques_ && torques_->setRefTorques(raw.data()) &&
-                   is_taken(torques_, AllOf<dev::ITorqueControl>(&dev::ITorqueControl::getRefTorques), raw);
+            return give(torques_, All<dev::ITorqueControl>(&dev::ITorqueControl::setRefTorques),
+                        Each<dev::ITorqueControl>(&dev::ITorqueControl::getRefTorques), raw);
         case ControlMode::pwm:
-            return pwm_ && pwm_->setRefDutyCycles(raw.data()) &&
-                   is_taken(pwm_, AllOf<dev::IPWMControl>(&dev::IPWMControl::getRefDutyCycles), raw);
+            return give(pwm_, All<dev::IPWMControl>(&dev::IPWMControl::setRefDutyCycles),
+                        Each<dev::IPWMControl>(&dev::IPWMControl::getRefDutyCycles), raw);
         case ControlMode::current:
-            return currents_ && currents_->setRefCurrents(raw.data()) &&
-                   is_taken(currents_, AllOf<dev::ICurrentControl>(&dev::ICurrentControl::getRefCurrents),
-                            raw);
+            return give(currents_, All<dev::ICurrentControl>(&dev::ICurrentControl::setRefCurrents),
+                        Each<dev::ICurrentControl>(&dev::ICurrentControl::getRefCurrents), raw);
         case ControlMode::impedance: return false;
         }
         return false;
@@ -443,7 +449,8 @@ class Board final : public toolbox::RobotConnection {
     }
 
   private:
-    template <class I> using AllOf = bool (I::*)(double*);
+    template <class I> using All = bool (I::*)(const double*);
+    template <class I> using Each = bool (I::*)(double*);
 
     template <class F> static bool waits_for(F&& is_there) {
         for (const double end = middleware::now() + 1; !is_there();) {

@@ -257,7 +257,7 @@ TEST(Scxml, DoesWhatTheStandardDemands) {
     }
 }
 
-std::string refusal(const std::string& text) {
+std::string file_refusal(const std::string& text) {
     try {
         lower(chart_of(text));
     } catch (const Refused& refused) {
@@ -280,19 +280,19 @@ TEST(Scxml, EventsThatNobodyRaisesAreInputs) {
 }
 
 TEST(Scxml, RefusesWhatItDoesNotRead) {
-    EXPECT_EQ(refusal("<scxml><state id='a'><invoke/></state></scxml>"),
+    EXPECT_EQ(file_refusal("<scxml><state id='a'><invoke/></state></scxml>"),
               ", <invoke> in state 'a': it is not read here");
-    EXPECT_EQ(refusal("<scxml datamodel='ecmascript'><state id='a'/></scxml>"),
+    EXPECT_EQ(file_refusal("<scxml datamodel='ecmascript'><state id='a'/></scxml>"),
               ", <scxml>: its data model is 'ecmascript'; write formulas of this project, and "
               "datamodel=\"matlab\"");
-    EXPECT_EQ(
-        refusal("<scxml><state id='a'><onentry><send event='x' delay='soon'/></onentry></state></scxml>"),
-        ", <send> in state 'a': <send> has the delay 'soon'; write seconds, '1.5s', or '20ms'");
-    EXPECT_EQ(refusal("<scxml><state id='a'>"), ":1: the file is no XML: unexpected end of data");
-    EXPECT_EQ(refusal("<a/>"), ", <a>: the file is no SCXML; it begins with <scxml>");
+    EXPECT_EQ(file_refusal(
+                  "<scxml><state id='a'><onentry><send event='x' delay='soon'/></onentry></state></scxml>"),
+              ", <send> in state 'a': <send> has the delay 'soon'; write seconds, '1.5s', or '20ms'");
+    EXPECT_EQ(file_refusal("<scxml><state id='a'>"), ":1: the file is no XML: unexpected end of data");
+    EXPECT_EQ(file_refusal("<a/>"), ", <a>: the file is no SCXML; it begins with <scxml>");
     std::string deep;
     for (int i = 0; i < 100'000; ++i) deep += "<a>";
-    EXPECT_EQ(refusal(deep), ": its elements are nested too deeply");
+    EXPECT_EQ(file_refusal(deep), ": its elements are nested too deeply");
     EXPECT_THROW(read_scxml("/nowhere/chart.scxml"), Refused);
 }
 

@@ -162,10 +162,9 @@ TEST(DrawChart, ShowsStatesWithinStatesLevelByLevel) {
         return all;
     };
     EXPECT_EQ(texts("machine"),
-              "off, first state\non, state\noff > on.1: go\non > off.2: stop\non > off.3: go\n");
-    EXPECT_EQ(texts("machine.on"),
-              "last, state\na, state\nb, first state\na > b.1: [n > 2] after 0.5 s / n = 0\n"
-              "a > a.2: every 1 s / n = n + 1\n");
+              "off > on.1: go\non > off.2: stop\non > off.3: go\noff, first state\non, state\n");
+    EXPECT_EQ(texts("machine.on"), "a > b.1: [n > 2] after 0.5 s / n = 0\na > a.2: every 1 s / n = n + 1\n"
+                                   "last, state\na, state\nb, first state\n");
     EXPECT_EQ(drawn(model, "machine").active, "") << "the number counts states of all levels";
     EXPECT_THROW(drawn(model, "machine.off"), bf::model::Errors) << "has no states inside";
 }

@@ -5,6 +5,8 @@
 #include "names.hpp"
 #include "trace.hpp"
 
+#include "bf/kernels/chart.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <unordered_map>
@@ -101,7 +103,9 @@ class RuleStatements {
 std::optional<CRule> all_at_once(std::string_view kernel, const std::vector<Argument>& arguments,
                                  int list_from, int list_size, const std::string& prefix) {
     int elements = 0;
-    for (const auto& a : arguments) elements += a.size.count();
+    const bool has_table = kernel == kernels::StateMachine::name || kernel == kernels::ChartUpdate::name;
+    for (const auto& a : arguments) // a table says which equations there are, and stands in none
+        if (!has_table || a.values.empty()) elements += a.size.count();
     if (elements > most_elements) return {};
     const auto traced = trace(kernel, arguments, list_from, list_size, most_terms);
     if (!traced) return {};

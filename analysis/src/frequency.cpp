@@ -64,7 +64,7 @@ std::pair<double, double> range(const Reduced& L, const std::vector<double>& roo
 std::vector<Point> trace(const Reduced& L, const std::vector<Complex>& closed_poles) {
     constexpr int per_decade = 60;
     constexpr std::size_t most_points = 100000;
-    constexpr double part = 0.1, nearest = 0.02, closest = 1e-10;
+    constexpr double part = 0.2, nearest = 0.02, closest = 1e-10;
     auto grid = sizes(closed_poles, L.period());
     for (const auto& roots : {L.poles(), L.zeros()})
         for (const double w : sizes(roots, L.period())) grid.push_back(w);
@@ -92,21 +92,36 @@ std::vector<Point> trace(const Reduced& L, const std::vector<Complex>& closed_po
     return curve;
 }
 
-/// Where f changes its sign between a and b.
+/// Where f changes its sign between a and b, by the Illinois method.
+/// Source: Dowell and Jarratt, BIT 11 (1971).
 template <class F> double crossing(F&& f, double a, double b) {
-    const bool is_positive = f(a) > 0;
-    for (int i = 0; i < 60; ++i) {
-        const double middle = std::sqrt(a * b);
-        ((f(middle) > 0) == is_positive ? a : b) = middle;
+    double at_a = f(a), at_b = f(b), last = a;
+    for (int i = 0, side = 0; i < 100; ++i) {
+        double w = b - at_b * (b - a) / (at_b - at_a);
+        if (!(w > a && w < b)) w = 0.5 * (a + b);
+        const double at = f(w);
+        if (at == 0 || std::abs(w - last) <= 1e-15 * w) return w;
+        last = w;
+        if ((at > 0) == (at_b > 0)) {
+            b = w;
+            at_b = at;
+            if (side == -1) at_a *= 0.5;
+            side = -1;
+        } else {
+            a = w;
+            at_a = at;
+            if (side == 1) at_b *= 0.5;
+            side = 1;
+        }
     }
-    return std::sqrt(a * b);
+    return last;
 }
 
 /// Where f is least between a and b, by golden sections.
 template <class F> double least(F&& f, double a, double b) {
     constexpr double ratio = 0.6180339887498949;
     double left = b - ratio * (b - a), right = a + ratio * (b - a), at_left = f(left), at_right = f(right);
-    for (int i = 0; i < 60; ++i) {
+    for (int i = 0; i < 30; ++i) {
         if (at_left < at_right) {
             b = right;
             right = left;
@@ -281,7 +296,8 @@ Margins margins(const LinearSystem& loop, int output, int input) {
     const auto closed_gain = [](const Complex& value) {
         return std::abs(value) > 1 ? 1 / std::abs(1.0 + 1.0 / value) : std::abs(value / (1.0 + value));
     };
-    const double limit = closed_gain(std::isinf(at_0) ? curve.front().value : at_0) / std::numbers::sqrt2;
+    const double limit =
+        closed_gain(std::isinf(at_0) ? L(1e-6 * curve.front().omega) : at_0) / std::numbers::sqrt2;
     const auto above = [&](const Complex& value) { return closed_gain(value) - limit; };
     for (std::size_t i = 1; i < curve.size() && limit > 1e-9 && std::isfinite(limit); ++i)
         if (above(curve[i - 1].value) > 0 && above(curve[i].value) <= 0) {

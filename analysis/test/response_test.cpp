@@ -178,7 +178,8 @@ TEST(Response, FastPolesDoNotHideWhatHappensAtZeroFrequency) {
         EXPECT_NEAR(margins(rational({-2 * denominator.back()}, denominator)).gain_reduction, 0.5, 1e-9);
     }
     EXPECT_NEAR(margins(rational({1e10}, {1, 1e9 + 1, 1e9})).bandwidth, 11, 1e-5); // ≈ 10/(s + 11)
-    const auto found = poles(rational({1}, {1, 2, 1, 1e300}));                     // ≈ s³ = -1e300
+    EXPECT_NEAR(margins(rational({20}, {1, 0})).bandwidth, 20, 1e-9);
+    const auto found = poles(rational({1}, {1, 2, 1, 1e300})); // ≈ s³ = -1e300
     for (const auto& p : found) EXPECT_NEAR(std::abs(p), 1e100, 1e88);
 }
 
@@ -236,7 +237,7 @@ TEST(Response, OfASharpResonanceMarginsAreExact) {
 
 TEST(Response, OfManyStatesIsThatOfItsClosedForm) {
     // 1/(s + 1)ⁿ is negative real where n atan ω = π, with an absolute value of cosⁿ(π/n).
-    constexpr int n = 150;
+    constexpr int n = 60;
     LinearSystem lags = rational({1}, std::vector<double>(n + 1, 1));
     lags.A.setZero();
     lags.A.diagonal().setConstant(-1);

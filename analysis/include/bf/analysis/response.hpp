@@ -51,7 +51,7 @@ struct Margins {
     bool is_stable = false;     ///< is the closed loop?
 };
 /// Crossovers are found between points that lie so densely that L moves by a small part of its distance from
-/// -1, and then by bisection, to twelve digits. Throws RunError: L is 0; D = -1.
+/// -1, and then to twelve digits. Throws RunError: L is 0; D = -1.
 Margins margins(const LinearSystem& loop, int output = 0, int input = 0);
 /// -L: the open-loop transfer function of a loop that was cut has its own sign, which is negative where it
 /// feeds back.

@@ -282,10 +282,10 @@ class Trim {
     TrimResult finish(const double* z) {
         const auto left = residuals(z);
         TrimResult result;
-        double largest = 1;
+        Vector sizes(static_cast<Eigen::Index>(unknowns_.size()));
         for (std::size_t i = 0; i < unknowns_.size(); ++i) {
             result.free.emplace_back(unknowns_[i].name, unknowns_[i].outward(z[i]));
-            largest = std::max(largest, std::abs(result.free.back().second));
+            sizes[static_cast<Eigen::Index>(i)] = std::max(1.0, std::abs(result.free.back().second));
         }
         std::size_t worst = 0;
         for (std::size_t i = 0; i < left.size(); ++i) {
@@ -294,7 +294,18 @@ class Trim {
             result.residuals.emplace_back(of.name, left[i]);
             if (!(std::abs(left[i]) <= std::abs(left[worst]))) worst = i;
         }
-        if (left.empty() || !(std::abs(left[worst]) <= 1e-7 * largest)) fail(z, left, worst);
+        if (left.empty()) fail(z, left, worst);
+        // What is left must be small beside what small changes of the numbers make: where it is no more
+        // changed by them, as far along an asymptote, it is not.
+        Vector scale;
+        try {
+            scale = slopes(z).cwiseAbs() * sizes;
+        } catch (const RunError&) { // it has no derivative right there, as a root at 0
+            scale = Vector::Constant(static_cast<Eigen::Index>(left.size()), sizes.maxCoeff());
+        }
+        for (std::size_t i = 0; i < left.size(); ++i)
+            if (!(std::abs(left[i]) <= 1e-7 * scale[static_cast<Eigen::Index>(i)] + 1e-10))
+                fail(z, left, worst);
         go_to(z);
         return result;
     }

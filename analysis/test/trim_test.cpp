@@ -106,6 +106,17 @@ connections: {u: sum.u1, k: sum.u2, sum: x, x: [k, y]}
     EXPECT_NEAR(number(found.free, "u"), 2, 1e-9);
 }
 
+TEST(Trim, DoesNotTakeAnAsymptoteForARest) {
+    // x' = u - atan x never rests where u is above π/2.
+    const std::string text = "model: m\nstep: 0.1\nsolver: rk4\ninputs: [u]\noutputs: [y]\nblocks:\n"
+                             "  rate: {block: Fcn, expression: u1 - atan(u2)}\n  x: {block: Integrator}\n"
+                             "connections: {u: rate.u1, rate: x, x: [rate.u2, y]}\n";
+    EXPECT_NE(refusal(text, {.hold = {{"u", 5}}}).find("'x.x' still moves, per second by "),
+              std::string::npos);
+    Session session(text);
+    EXPECT_NEAR(number(trim(*session.simulation, {.hold = {{"u", 1.5}}}).free, "x.x"), std::tan(1.5), 1e-5);
+}
+
 TEST(Trim, SaysWhichVariableIsInTheWay) {
     EXPECT_EQ(refusal(pendulum, {.free = {"u"}}),
               "there are 3 free numbers (omega.x, theta.x, u) for 2 equations (that omega.x, theta.x rest); "

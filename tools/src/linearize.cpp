@@ -214,8 +214,6 @@ analysis::LinearSystem LinearOptions::system() const {
     tell("by central differences:", found.differenced);
     tell("held:", found.held);
     tell("a jump or corner is right here, the derivative is that of one side:", found.kinks);
-    if (!loop.empty() && found.D.isZero(0) && (found.B.isZero(0) || found.C.isZero(0)))
-        tell("no loop goes through, so that L = 0:", {loop});
     return loop.empty() ? found : analysis::negative(std::move(found));
 }
 

@@ -14,6 +14,7 @@
 #include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
+#include <utility>
 
 namespace bf::fmi {
 
@@ -49,7 +50,8 @@ struct Head {
     Operation operation;
     std::uint32_t is_good, state, type, references, values; ///< the last three of values on their way
     double a, b;
-    std::uint64_t size; ///< bytes that follow
+    std::uint64_t size;         ///< bytes that follow
+    std::uint64_t has_more = 0; ///< of a question: another one follows, and one answer is for both
 };
 
 using Bytes = std::vector<std::uint8_t>;
@@ -58,8 +60,19 @@ using Bytes = std::vector<std::uint8_t>;
 class End {
   public:
     explicit End(int file) : file_(file) {}
-    bool send(const Head& head, const void* bytes) const noexcept {
-        return write(&head, sizeof head) && write(bytes, head.size);
+    /// Sent with the next one that is not kept back.
+    void keep(const Head& head, const void* bytes) {
+        const auto* const first = reinterpret_cast<const char*>(&head);
+        kept_.insert(kept_.end(), first, first + sizeof head);
+        if (head.size > 0)
+            kept_.insert(kept_.end(), static_cast<const char*>(bytes),
+                         static_cast<const char*>(bytes) + head.size);
+    }
+    bool send(const Head& head, const void* bytes) {
+        keep(head, bytes);
+        const bool is_good = write(kept_.data(), kept_.size());
+        kept_.clear();
+        return is_good;
     }
     bool receive(Head& head, Bytes& bytes, double timeout) noexcept {
         if (!read(&head, sizeof head, timeout)) return false;
@@ -80,22 +93,34 @@ class End {
     }
     bool read(void* to, std::size_t count, double timeout) noexcept {
         for (auto* at = static_cast<char*>(to); count > 0;) {
+            if (begin_ == end_ && !fill(timeout)) return false;
+            const std::size_t part = std::min(count, end_ - begin_);
+            std::memcpy(at, buffer_ + begin_, part);
+            begin_ += part, at += part, count -= part;
+        }
+        return true;
+    }
+    /// Reads what has come, or waits for it.
+    bool fill(double timeout) noexcept {
+        for (;;) {
             pollfd waits{file_, POLLIN, 0};
             const int ready =
-                ::poll(&waits, 1, timeout > 0 ? static_cast<int>(std::min(1000 * timeout, 2e9)) : -1);
+                timeout > 0 ? ::poll(&waits, 1, static_cast<int>(std::min(1000 * timeout, 2e9))) : 1;
             if (ready < 0 && errno == EINTR) continue;
             is_late_ = ready == 0;
             if (ready <= 0) return false;
-            const auto done = ::recv(file_, at, count, 0);
+            const auto done = ::recv(file_, buffer_, sizeof buffer_, 0);
             if (done < 0 && errno == EINTR) continue;
-            if (done <= 0) return false;
-            at += done, count -= static_cast<std::size_t>(done);
+            begin_ = 0, end_ = done > 0 ? static_cast<std::size_t>(done) : 0;
+            return done > 0;
         }
-        return true;
     }
 
     int file_;
     bool is_late_ = false;
+    std::vector<char> kept_;
+    std::size_t begin_ = 0, end_ = 0; ///< of what was read and is not taken yet
+    char buffer_[4096];
 };
 
 /// Values as the other side has them; the references come before the values.
@@ -136,8 +161,12 @@ class Server {
             Head head{Operation::open, 1, instance.state(), 0, 0, 0, 0, 0, 0};
             head.a = instance.state_count(), head.b = instance.indicator_count();
             if (!end_.send(head, nullptr)) return;
+            bool has_failed = false;
             while (end_.receive(head, bytes_, 0)) {
-                head.is_good = answer(instance, head);
+                // After a failure nothing more is done until whoever asks knows of it.
+                has_failed = has_failed || !answer(instance, head);
+                if (head.has_more != 0) continue;
+                head.is_good = !std::exchange(has_failed, false);
                 head.state = instance.state();
                 const void* data = bytes_.data();
                 if (!head.is_good) {
@@ -253,21 +282,25 @@ class RemoteInstance final : public Instance {
     }
     bool exit_initialization() noexcept override { return ask(Operation::exit_initialization); }
     bool get(Values& values) noexcept override {
-        if (!ask(Operation::get, values, {})) return false;
+        const Head question = question_of(Operation::get, values, {});
+        if (!ask(question, question_.data())) return false;
         return take(values.data(), values.bytes());
     }
     bool set(const Values& values) noexcept override {
         const auto* const data = static_cast<const std::uint8_t*>(values.data());
-        return ask(Operation::set, values, {data, values.bytes()});
+        const Head question = question_of(Operation::set, values, {data, values.bytes()});
+        return tell(question, question_.data());
     }
     bool do_step(double time, double step) noexcept override { return ask(Operation::do_step, time, step); }
     bool terminate() noexcept override { return ask(Operation::terminate); }
     bool reset() noexcept override { return ask(Operation::reset); }
-    bool set_time(double time) noexcept override { return ask(Operation::set_time, time); }
+    bool set_time(double time) noexcept override {
+        return tell({Operation::set_time, 0, 0, 0, 0, 0, time, 0, 0}, nullptr);
+    }
     bool set_states(const double* x) noexcept override {
-        return ask({Operation::set_states, 0, 0, 0, 0, 0, 0, 0,
-                    static_cast<std::size_t>(state_count_) * sizeof(double)},
-                   x);
+        return tell({Operation::set_states, 0, 0, 0, 0, 0, 0, 0,
+                     static_cast<std::size_t>(state_count_) * sizeof(double)},
+                    x);
     }
     bool get_states(double* x) noexcept override { return get_row(Operation::get_states, x, state_count_); }
     bool get_derivatives(double* rates) noexcept override {
@@ -311,23 +344,38 @@ class RemoteInstance final : public Instance {
         ::_exit(0);
     }
 
-    bool ask(const Head& question, const void* bytes) noexcept {
+    /// Questions whose answer says no more than that they succeeded wait for the next one: the FMU is told
+    /// time, states and inputs and asked for derivatives in one exchange of messages, and their failure is
+    /// that of the last one.
+    bool tell(Head question, const void* bytes) noexcept {
         if (child_ < 0) return false; // and why is known
+        question.has_more = 1;
+        end_.keep(question, bytes);
+        return true;
+    }
+    bool ask(const Head& question, const void* bytes) noexcept {
+        if (child_ < 0) return false;
         return end_.send(question, bytes) ? receive() : lose();
     }
     bool ask(Operation operation, double a = 0, double b = 0) noexcept {
         return ask({operation, 0, 0, 0, 0, 0, a, b, 0}, nullptr);
     }
-    bool ask(Operation operation, const Values& values, std::span<const std::uint8_t> data) noexcept {
+    /// The question that values are on their way with, and its bytes.
+    Head question_of(Operation operation, const Values& values, std::span<const std::uint8_t> data) noexcept {
         const auto& references = values.references();
         const std::size_t size = references.size() * sizeof references[0];
         question_.resize(size + data.size());
         std::memcpy(question_.data(), references.data(), size);
         std::copy(data.begin(), data.end(), question_.begin() + static_cast<std::ptrdiff_t>(size));
-        return ask({operation, 0, 0, static_cast<std::uint32_t>(values.type()),
-                    static_cast<std::uint32_t>(references.size()), static_cast<std::uint32_t>(values.size()),
-                    0, 0, question_.size()},
-                   question_.data());
+        return {operation,
+                0,
+                0,
+                static_cast<std::uint32_t>(values.type()),
+                static_cast<std::uint32_t>(references.size()),
+                static_cast<std::uint32_t>(values.size()),
+                0,
+                0,
+                question_.size()};
     }
     bool get_row(Operation operation, double* to, int count) noexcept {
         return ask(operation) && take(to, static_cast<std::size_t>(count) * sizeof(double));

@@ -12,6 +12,7 @@
 #include <functional>
 #include <memory>
 #include <set>
+#include <sstream>
 #include <unistd.h>
 #include <unzip.h>
 #include <vector>
@@ -28,9 +29,10 @@ namespace {
 }
 
 /// The archive's own name of a file, checked: where it would stand below a folder.
-fs::path safe_path(const fs::path& archive, const std::string& name) {
+fs::path safe_path(const fs::path& archive, const ArchiveKind& kind, const std::string& name) {
     const std::string shown = "'" + escape::terminal(escape::shortened(name, 200)) + "'";
-    const std::string rule = "; an FMU's files are named relative to its root (FMI 3.0, section 2.5)";
+    const std::string rule =
+        std::string("; ") + kind.name + "'s files are named relative to its root (" + kind.section + ")";
     if (name.empty() || name.front() == '/' || name.find('\\') != std::string::npos ||
         name.find(':') != std::string::npos || name.find('\0') != std::string::npos)
         refuse(archive, "it holds the file " + shown + ", which is no relative name" + rule);
@@ -44,11 +46,12 @@ fs::path safe_path(const fs::path& archive, const std::string& name) {
 
 /// Calls f with each file's name and size, until it gives false; f may read it by `read`.
 using Read = std::function<void(const std::function<void(const char*, std::size_t)>&)>;
-void for_each(const fs::path& archive, const ArchiveLimits& limits,
+void for_each(const fs::path& archive, const ArchiveLimits& limits, const ArchiveKind& kind,
               const std::function<bool(const fs::path&, bool is_folder, const Read&)>& f) {
     const std::unique_ptr<void, int (*)(unzFile)> zip(unzOpen64(archive.c_str()), unzClose);
     if (!zip)
-        refuse(archive, "it is no ZIP archive, or cannot be read; an FMU is one (FMI 3.0, section 2.5)");
+        refuse(archive, std::string("it is no ZIP archive, or cannot be read; ") + kind.name + " is one (" +
+                            kind.section + ")");
     std::uint64_t files = 0, bytes = 0;
     std::set<fs::path> names;
     for (int result = unzGoToFirstFile(zip.get()); result != UNZ_END_OF_LIST_OF_FILE;
@@ -63,14 +66,14 @@ void for_each(const fs::path& archive, const ArchiveLimits& limits,
             UNZ_OK)
             refuse(archive, "its list of files is damaged");
         const bool is_folder = !name.empty() && name.back() == '/';
-        const fs::path path = safe_path(archive, name);
+        const fs::path path = safe_path(archive, kind, name);
         const auto format = static_cast<unsigned>(info.external_fa >> 16u) & 0170000u;
         if (format != 0 && format != 0100000u && format != 0040000u)
-            refuse(archive, "'" + name + "' is a link or a special file, which an FMU has not");
+            refuse(archive, "'" + name + "' is a link or a special file, which " + kind.name + " has not");
         if ((info.flag & 1u) != 0) refuse(archive, "'" + name + "' is encrypted");
         if (info.compression_method != 0 && info.compression_method != Z_DEFLATED)
-            refuse(archive,
-                   "'" + name + "' is compressed in another way than FMI allows (deflate, or not at all)");
+            refuse(archive, "'" + name + "' is compressed in another way than " + kind.standard +
+                                " allows (deflate, or not at all)");
         if (!is_folder && !names.insert(path).second)
             refuse(archive, "two of its files are called '" + name + "'");
         if (++files > limits.files)
@@ -88,9 +91,8 @@ void for_each(const fs::path& archive, const ArchiveLimits& limits,
                 if (bytes > limits.bytes ||
                     static_cast<double>(length) >
                         65536 + limits.growth * static_cast<double>(info.compressed_size))
-                    refuse(archive,
-                           "'" + name +
-                               "' grows to more than an FMU's files do; it may be made to fill the disk");
+                    refuse(archive, "'" + name + "' grows to more than " + kind.name +
+                                        "'s files do; it may be made to fill the disk");
                 take(part, static_cast<std::size_t>(count));
             }
             // The checksum is compared by closing it, where as many bytes came as the archive says.
@@ -135,15 +137,17 @@ TemporaryFolder::TemporaryFolder(const std::string& name) {
     if (!::mkdtemp(pattern.data()))
         throw FmuError("cannot make a temporary folder " + pattern + ": " + std::strerror(errno));
     path_ = pattern;
+    owner_ = ::getpid();
 }
 
 TemporaryFolder::~TemporaryFolder() {
     std::error_code ignored;
-    fs::remove_all(path_, ignored);
+    if (::getpid() == owner_) fs::remove_all(path_, ignored);
 }
 
-void extract(const fs::path& archive, const fs::path& folder, const ArchiveLimits& limits) {
-    for_each(archive, limits, [&](const fs::path& path, bool is_folder, const Read& read) {
+void extract(const fs::path& archive, const fs::path& folder, const ArchiveLimits& limits,
+             const ArchiveKind& kind) {
+    for_each(archive, limits, kind, [&](const fs::path& path, bool is_folder, const Read& read) {
         const fs::path to = folder / path;
         std::error_code error;
         fs::create_directories(is_folder ? to : to.parent_path(), error);
@@ -162,7 +166,7 @@ void extract(const fs::path& archive, const fs::path& folder, const ArchiveLimit
 Description description_of(const fs::path& archive) {
     std::string xml;
     bool is_there = false;
-    for_each(archive, {}, [&](const fs::path& path, bool is_folder, const Read& read) {
+    for_each(archive, {}, fmu_archive, [&](const fs::path& path, bool is_folder, const Read& read) {
         if (is_folder || path != "modelDescription.xml") return true;
         read([&](const char* part, std::size_t count) {
             if (xml.size() + count > description_limit)
@@ -175,6 +179,28 @@ Description description_of(const fs::path& archive) {
     if (!is_there)
         refuse(archive, "it has no modelDescription.xml, which every FMU has (FMI 3.0, section 2.5)");
     return read_description(xml, archive.string());
+}
+
+fs::path find_fmu(const std::string& name) {
+    std::string searched;
+    const fs::path relative = fs::path(name).lexically_normal();
+    const bool leaves = relative.is_absolute() || (!relative.empty() && *relative.begin() == "..");
+    if (const char* path = std::getenv("BLOCKFACTORY_PLUGIN_PATH")) {
+        std::istringstream folders(path);
+        for (std::string folder; std::getline(folders, folder, ':');) {
+            if (folder.empty()) continue;
+            searched += (searched.empty() ? "" : ", ") + folder;
+            std::error_code error;
+            if (!leaves && fs::is_regular_file(folder / relative, error)) return folder / relative;
+        }
+    }
+    std::error_code error;
+    const fs::path beside = fs::read_symlink("/proc/self/exe", error).parent_path() / "fmus" / relative;
+    if (!leaves && fs::is_regular_file(beside, error)) return beside;
+    throw FmuError(
+        "there is no FMU '" + name + "' in the folders that plugins are taken from (" +
+        (searched.empty() ? "none is given" : searched) +
+        "); an FMU is a program, so that its folder is given to the command: --plugin-path FOLDER");
 }
 
 } // namespace bf::fmi

@@ -1,5 +1,7 @@
 #include "bf/fmi/check.hpp"
 
+#include "xml.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,8 +13,6 @@ namespace bf::fmi {
 
 namespace {
 
-constexpr const char* causalities[] = {
-    "parameter", "calculatedParameter", "structuralParameter", "input", "output", "local", "independent"};
 constexpr const char* variabilities[] = {"constant", "fixed", "tunable", "discrete", "continuous"};
 
 /// May a variable of that causality change so? FMI 2.0.4, table on page 50; FMI 3.0, section 2.4.7.4.
@@ -64,7 +64,7 @@ std::vector<std::string> problems_of(const Description& d) {
         const Initial initial = initial_of(v);
         if (!can_be(v.causality, v.variability))
             add(v,
-                std::string("is ") + causalities[static_cast<int>(v.causality)] + " and " +
+                std::string("is ") + causality_names[static_cast<int>(v.causality)].first + " and " +
                     variabilities[static_cast<int>(v.variability)] + ", which exclude each other",
                 of_variables);
         if (v.variability == Variability::continuous && !is_real)

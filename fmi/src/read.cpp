@@ -1,96 +1,30 @@
 // Descriptions from XML, which anybody may have written.
-#include "bf/base/escape.hpp"
-#include "bf/base/numbers.hpp"
-#include "bf/fmi/description.hpp"
+#include "xml.hpp"
 
-#include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstring>
-#include <limits>
 #include <map>
 #include <set>
-#include <tinyxml2.h>
 
 namespace bf::fmi {
 
 namespace {
 
-using Element = tinyxml2::XMLElement;
+using Element = XmlNode;
 
 /// Elements of one array, and of all variables; so many fit into memory whatever a description says.
 constexpr std::int64_t largest_array = 10'000'000, all_elements = 100'000'000;
 
-class Reader {
+class Reader : XmlReader {
   public:
-    explicit Reader(const std::string& fmu) : fmu_(fmu) {}
+    explicit Reader(const std::string& fmu) : XmlReader(fmu, "modelDescription.xml") {}
     Description read(const std::string& xml);
 
   private:
-    [[noreturn]] void refuse(const Element* at, const std::string& what) const {
-        std::string text = fmu_ + ": modelDescription.xml";
-        if (at) text += ":" + std::to_string(at->GetLineNum());
-        throw FmuError(text + ": " + what);
-    }
     std::string section(const char* of_2, const char* of_3) const {
         return d_.version == 2 ? std::string(" (FMI 2.0.4, section ") + of_2 + ")"
                                : std::string(" (FMI 3.0, section ") + of_3 + ")";
-    }
-    static std::string text(const Element* e, const char* name) {
-        const char* const value = e->Attribute(name);
-        return value ? value : "";
-    }
-    std::string needed(const Element* e, const char* name) const {
-        const char* const value = e->Attribute(name);
-        if (!value || !*value)
-            refuse(e, std::string("<") + e->Name() + "> lacks its attribute '" + name + "'" +
-                          section("2.2", "2.4"));
-        return value;
-    }
-    bool truth(const Element* e, const char* name, bool otherwise = false) const {
-        const std::string value = text(e, name);
-        if (value.empty()) return otherwise;
-        if (value != "true" && value != "false" && value != "1" && value != "0")
-            refuse(e, std::string("'") + name + "' is '" + shown(value) + "', but must be true or false");
-        return value == "true" || value == "1";
-    }
-    static std::string shown(const std::string& value) { return escape::shortened(value, 100); }
-    double number(const Element* e, const char* name, const std::string& value) const {
-        if (value == "INF" || value == "+INF") return std::numeric_limits<double>::infinity();
-        if (value == "-INF") return -std::numeric_limits<double>::infinity();
-        if (value == "NaN") return std::numeric_limits<double>::quiet_NaN();
-        const char* begin = value.c_str();
-        if (*begin == '+') ++begin;
-        const auto found = number_of(std::string_view(begin));
-        if (!found) refuse(e, std::string("'") + name + "' is '" + shown(value) + "', which is no number");
-        return *found;
-    }
-    std::optional<double> number(const Element* e, const char* name) const {
-        const std::string value = text(e, name);
-        return value.empty() ? std::nullopt : std::optional(number(e, name, value));
-    }
-    template <class Enum, std::size_t n>
-    Enum one_of(const Element* e, const char* name, const std::pair<const char*, Enum> (&all)[n],
-                Enum otherwise) const {
-        const std::string value = text(e, name);
-        if (value.empty()) return otherwise;
-        std::string list;
-        for (const auto& [known, meaning] : all) {
-            if (value == known) return meaning;
-            list += (list.empty() ? "" : ", ") + std::string(known);
-        }
-        refuse(e, std::string("'") + name + "' is '" + shown(value) + "', but must be one of: " + list +
-                      section("2.2.7", "2.4.7"));
-    }
-    static std::vector<std::string> words(const std::string& list) {
-        std::vector<std::string> all;
-        for (std::size_t at = 0; at < list.size();) {
-            const auto begin = list.find_first_not_of(" \t\r\n", at);
-            if (begin == std::string::npos) break;
-            const auto end = std::min(list.find_first_of(" \t\r\n", begin), list.size());
-            all.push_back(list.substr(begin, end - begin));
-            at = end;
-        }
-        return all;
     }
     std::uint32_t reference(const Element* e, const char* name, const std::string& value) const {
         const auto found = number_of<std::uint32_t>(value);
@@ -107,7 +41,6 @@ class Reader {
     void read_structure(const Element* root);
     int variable_of(const Element* e, const char* name, const std::string& value) const;
 
-    const std::string& fmu_;
     Description d_;
     std::map<std::string, const Element*> types_; ///< by their name
     std::map<std::uint32_t, int> by_reference_;   ///< of FMI 3.0
@@ -164,14 +97,6 @@ void Reader::read_start(Variable& v, const Element* its) {
 }
 
 void Reader::read_variable(const Element* e, const Element* its) {
-    static constexpr std::pair<const char*, Causality> causalities[] = {
-        {"parameter", Causality::parameter},
-        {"calculatedParameter", Causality::calculated_parameter},
-        {"structuralParameter", Causality::structural_parameter},
-        {"input", Causality::input},
-        {"output", Causality::output},
-        {"local", Causality::local},
-        {"independent", Causality::independent}};
     static constexpr std::pair<const char*, Variability> variabilities[] = {
         {"constant", Variability::constant},
         {"fixed", Variability::fixed},
@@ -180,34 +105,16 @@ void Reader::read_variable(const Element* e, const Element* its) {
         {"continuous", Variability::continuous}};
     static constexpr std::pair<const char*, Initial> initials[] = {
         {"exact", Initial::exact}, {"approx", Initial::approx}, {"calculated", Initial::calculated}};
-    static constexpr std::pair<const char*, Type> types[] = {{"Real", Type::float64},
-                                                             {"Integer", Type::int32},
-                                                             {"Float64", Type::float64},
-                                                             {"Float32", Type::float32},
-                                                             {"Int8", Type::int8},
-                                                             {"UInt8", Type::uint8},
-                                                             {"Int16", Type::int16},
-                                                             {"UInt16", Type::uint16},
-                                                             {"Int32", Type::int32},
-                                                             {"UInt32", Type::uint32},
-                                                             {"Int64", Type::int64},
-                                                             {"UInt64", Type::uint64},
-                                                             {"Boolean", Type::boolean},
-                                                             {"String", Type::string},
-                                                             {"Binary", Type::binary},
-                                                             {"Clock", Type::clock},
-                                                             {"Enumeration", Type::enumeration}};
     Variable v;
     const std::string type = its->Name();
-    const auto known =
-        std::find_if(std::begin(types), std::end(types), [&](const auto& t) { return type == t.first; });
-    if (known == std::end(types)) refuse(its, "there is no type of variables <" + shown(type) + ">");
-    v.type = known->second;
+    const auto known = type_of_name(type);
+    if (!known) refuse(its, "there is no type of variables <" + shown(type) + ">");
+    v.type = *known;
     const bool is_real = v.type == Type::float64 || v.type == Type::float32;
     v.name = needed(e, "name");
     v.doc = text(e, "description");
     v.reference = reference(e, "valueReference", needed(e, "valueReference"));
-    v.causality = one_of(e, "causality", causalities, Causality::local);
+    v.causality = one_of(e, "causality", causality_names, Causality::local);
     v.variability =
         one_of(e, "variability", variabilities,
                v.causality == Causality::parameter || v.causality == Causality::calculated_parameter ||
@@ -350,11 +257,7 @@ void Reader::read_structure(const Element* root) {
 
 Description Reader::read(const std::string& xml) {
     tinyxml2::XMLDocument document;
-    if (document.Parse(xml.data(), xml.size()) != tinyxml2::XML_SUCCESS)
-        throw FmuError(
-            fmu_ + ": modelDescription.xml:" + std::to_string(document.ErrorLineNum()) +
-            ": it is no well-formed XML: " + tinyxml2::XMLDocument::ErrorIDToName(document.ErrorID()));
-    const auto* const root = document.RootElement();
+    const auto* const root = parse(document, xml);
     if (!root || std::strcmp(root->Name(), "fmiModelDescription") != 0)
         refuse(root, "its root is no <fmiModelDescription> (FMI 3.0, section 2.4)");
     const std::string version = text(root, "fmiVersion");
@@ -362,6 +265,7 @@ Description Reader::read(const std::string& xml) {
         refuse(root, "it is of FMI version '" + shown(version) +
                          "', but 2.0 and 3.0 are known; export it for one of these");
     d_.version = version == "2.0" ? 2 : 3;
+    rule_of_attributes_ = section("2.2", "2.4"), rule_of_choices_ = section("2.2.7", "2.4.7");
     d_.name = needed(root, "modelName");
     d_.token = needed(root, d_.version == 2 ? "guid" : "instantiationToken");
     d_.doc = text(root, "description");
@@ -386,10 +290,6 @@ Description Reader::read(const std::string& xml) {
 
 } // namespace
 
-Description read_description(const std::string& xml, const std::string& fmu) {
-    if (xml.size() > description_limit)
-        throw FmuError(fmu + ": its modelDescription.xml has more than 64 MiB");
-    return Reader(fmu).read(xml);
-}
+Description read_description(const std::string& xml, const std::string& fmu) { return Reader(fmu).read(xml); }
 
 } // namespace bf::fmi

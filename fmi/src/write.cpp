@@ -1,7 +1,5 @@
 // Descriptions as XML.
-#include "bf/base/escape.hpp"
-#include "bf/base/numbers.hpp"
-#include "bf/fmi/description.hpp"
+#include "xml.hpp"
 
 #include <cctype>
 #include <cmath>
@@ -11,11 +9,6 @@ namespace bf::fmi {
 
 namespace {
 
-constexpr const char* types_3[] = {"Float64", "Float32", "Int8",   "UInt8", "Int16",
-                                   "UInt16",  "Int32",   "UInt32", "Int64", "UInt64",
-                                   "Boolean", "String",  "Binary", "Clock", "Enumeration"};
-constexpr const char* causalities[] = {
-    "parameter", "calculatedParameter", "structuralParameter", "input", "output", "local", "independent"};
 constexpr const char* variabilities[] = {"constant", "fixed", "tunable", "discrete", "continuous"};
 constexpr const char* initials[] = {"", "exact", "approx", "calculated"};
 
@@ -36,19 +29,6 @@ const char* type_2(Type type) {
     }
 }
 
-/// As XML Schema writes numbers.
-std::string xml_number(double x) {
-    if (std::isnan(x)) return "NaN";
-    if (std::isinf(x)) return x > 0 ? "INF" : "-INF";
-    return number_text(x);
-}
-
-std::string attribute(const char* name, const std::string& value) {
-    return std::string(" ") + name + "=\"" + escape::xml(value) + "\"";
-}
-std::string optional_attribute(const char* name, const std::string& value) {
-    return value.empty() ? "" : attribute(name, value);
-}
 std::string truth(const char* name, bool value) { return value ? attribute(name, "true") : ""; }
 
 std::string start_of(const Variable& v) {
@@ -75,14 +55,14 @@ std::string variable(const Description& d, const Variable& v) {
     const std::string common = attribute("name", v.name) +
                                attribute("valueReference", std::to_string(v.reference)) +
                                optional_attribute("description", v.doc) +
-                               attribute("causality", causalities[static_cast<int>(v.causality)]) +
+                               attribute("causality", causality_names[static_cast<int>(v.causality)].first) +
                                attribute("variability", variabilities[static_cast<int>(v.variability)]) +
                                optional_attribute("initial", initials[static_cast<int>(v.initial)]);
     if (d.version == 2)
         return "    <ScalarVariable" + common + "><" + type_2(v.type) +
                of_type(v, type_2(v.type), v.derivative_of < 0 ? -1 : v.derivative_of + 1) +
                "/></ScalarVariable>\n";
-    const std::string type = types_3[static_cast<int>(v.type)];
+    const std::string type = type_names[static_cast<int>(v.type)];
     const int derivative =
         v.derivative_of < 0
             ? -1

@@ -1,16 +1,16 @@
 // bf export-fmu: a model as an FMU, which other simulators run.
+#include "export_fmu.hpp"
+
 #include "bf/base/escape.hpp"
 #include "bf/base/files.hpp"
 #include "bf/codegen/fmu.hpp"
 #include "bf/engine/simulation.hpp"
-#include "bf/fmi/archive.hpp"
 #include "bf/formats/yaml.hpp"
 #include "bf/view/draw.hpp"
 #include "block_model.hpp"
 #include "bundle.hpp"
 #include "files.hpp"
 #include "picture.hpp"
-#include "session.hpp"
 #include "terminal.hpp"
 #include "verbs.hpp"
 
@@ -31,10 +31,8 @@ namespace {
 
 struct ExportOptions {
     ModelOptions model;
+    FmuOptions fmu;
     std::string output;
-    int version = 3;
-    std::vector<std::string> targets;
-    bool has_no_binary = false;
 };
 
 using Role = codegen::FmuVariable::Role;
@@ -307,18 +305,14 @@ std::string platform(const std::string& target, int version) {
     return target + "-linux";
 }
 
-void execute(const ExportOptions& options) {
-    std::error_code error;
-    const bool is_block = !options.model.file.ends_with(".yaml") && !fs::exists(options.model.file, error);
-    const LoadedModel loaded = is_block ? block_as_model(options.model) : load_model(options.model);
+} // namespace
+
+MadeFmu make_fmu(const LoadedModel& loaded, const FmuOptions& options) {
     const auto code = codegen::generate_fmu(loaded.diagram, options.version, generation_options(loaded),
                                             folders_of(loaded.diagram));
-    const auto description = description_of(loaded, code, options.version);
-    const std::string output =
-        !options.output.empty() ? options.output : fs::path(options.model.file).stem().string() + ".fmu";
-    refuse_overwriting({{"-o", output}}, {options.model.file});
-
-    fmi::Contents contents;
+    MadeFmu made{description_of(loaded, code, options.version), {}};
+    const auto& description = made.description;
+    auto& contents = made.contents;
     contents["modelDescription.xml"] = fmi::to_xml(description);
     std::map<std::string, fs::path> libraries;
     auto targets = options.targets;
@@ -377,9 +371,34 @@ void execute(const ExportOptions& options) {
             for (const auto& [name, file] : libraries) contents[place + name] = read_text_file(file);
         }
     }
+    return made;
+}
+
+void FmuOptions::add_to(CLI::App& app) {
+    app.add_option("--fmi", version, "version of the standard: 3 (by default) or 2")
+        ->type_name("VERSION")
+        ->check(CLI::IsMember(std::set<int>{2, 3}).description(""));
+    app.add_option("--target", targets,
+                   "machines that it has binaries for: x86_64, aarch64; otherwise this one")
+        ->delimiter(',')
+        ->type_name("MACHINE,...")
+        ->check(CLI::IsMember(std::set<std::string>{"x86_64", "aarch64"}).description(""));
+    app.add_flag("--sources-only", has_no_binary, "no binaries: importers compile it");
+}
+
+namespace {
+
+void execute(const ExportOptions& options) {
+    std::error_code error;
+    const bool is_block = !options.model.file.ends_with(".yaml") && !fs::exists(options.model.file, error);
+    const LoadedModel loaded = is_block ? block_as_model(options.model) : load_model(options.model);
+    const std::string output =
+        !options.output.empty() ? options.output : fs::path(options.model.file).stem().string() + ".fmu";
+    refuse_overwriting({{"-o", output}}, {options.model.file});
+    const auto [description, contents] = make_fmu(loaded, options.fmu);
     fmi::write_archive(contents, output);
     std::printf("%s: FMI %d.0, co-simulation%s, %zu variables, steps of %s s\n", output.c_str(),
-                options.version, description.model_exchange ? " and model exchange" : "",
+                options.fmu.version, description.model_exchange ? " and model exchange" : "",
                 description.variables.size(), number(loaded.diagram.step).c_str());
 }
 
@@ -391,16 +410,7 @@ void add_export_fmu(CLI::App& app) {
     options->model.add_to(*command, "model file (.yaml), or a block as `bf describe` calls it");
     command->add_option("-o,--output", options->output, "file; otherwise MODEL.fmu in this folder")
         ->type_name("FILE");
-    command->add_option("--fmi", options->version, "version of the standard: 3 (by default) or 2")
-        ->type_name("VERSION")
-        ->check(CLI::IsMember(std::set<int>{2, 3}).description(""));
-    command
-        ->add_option("--target", options->targets,
-                     "machines that it has binaries for: x86_64, aarch64; otherwise this one")
-        ->delimiter(',')
-        ->type_name("MACHINE,...")
-        ->check(CLI::IsMember(std::set<std::string>{"x86_64", "aarch64"}).description(""));
-    command->add_flag("--sources-only", options->has_no_binary, "no binaries: importers compile it");
+    options->fmu.add_to(*command);
     command->footer("It holds its sources, too, or the plugins whose blocks are in it. Examples:\n"
                     "  bf export-fmu examples/dc_motor/model.yaml\n"
                     "  bf export-fmu PID --set P=2 --set e=3    # a block whose input e has three elements");

@@ -2,6 +2,7 @@
 
 #include "bf/base/numbers.hpp"
 #include "bf/base/open_file.hpp"
+#include "ssp.hpp"
 #include "terminal.hpp"
 
 namespace bf::tools {
@@ -68,7 +69,8 @@ ExaminedModel examine_model(const ModelOptions& options) {
         throw CommandError("there is no model file " + options.file);
     if (const auto wrong = why_unreadable(options.file); !wrong.empty())
         throw CommandError("cannot read the model " + options.file + ": " + wrong);
-    return examine(options.file, options.overrides());
+    return is_system(options.file) ? examine(open_system(options.file), options.file, options.overrides())
+                                   : examine(options.file, options.overrides());
 }
 
 LoadedModel load_model(const ModelOptions& options) {

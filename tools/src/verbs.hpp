@@ -15,6 +15,7 @@ void add_film(CLI::App& app);
 void add_export(CLI::App& app);
 void add_generate(CLI::App& app);
 void add_export_fmu(CLI::App& app);
+void add_export_ssp(CLI::App& app);
 void add_check_fmu(CLI::App& app);
 void add_deploy(CLI::App& app);
 void add_draw(CLI::App& app);

@@ -9,7 +9,7 @@ namespace {
 
 class CoSimulation final : public FmuBlock {
   public:
-    explicit CoSimulation(const Arguments& arguments) : FmuBlock(arguments, Kind::co_simulation, {}) {}
+    explicit CoSimulation(const Arguments& arguments) : FmuBlock(arguments, Kind::co_simulation) {}
 
     void start(Now at) const override {
         if (at.period() <= 0)

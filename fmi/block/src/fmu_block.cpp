@@ -3,39 +3,13 @@
 #include "BlockFactory/Core/Log.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cstdio>
-#include <cstdlib>
 #include <cstring>
 #include <map>
-#include <sstream>
 
 namespace bf::fmi {
 
 namespace {
-
-namespace fs = std::filesystem;
-
-/// Where an FMU of that name is. It is a program, and where programs are taken from is for the user to say:
-/// it is looked for in the folders of plugins that the user named, never beside the model.
-fs::path find_fmu(const std::string& name) {
-    std::string searched;
-    const fs::path relative = fs::path(name).lexically_normal();
-    const bool leaves = relative.is_absolute() || (!relative.empty() && *relative.begin() == "..");
-    if (const char* path = std::getenv("BLOCKFACTORY_PLUGIN_PATH")) {
-        std::istringstream folders(path);
-        for (std::string folder; std::getline(folders, folder, ':');) {
-            if (folder.empty()) continue;
-            searched += (searched.empty() ? "" : ", ") + folder;
-            std::error_code error;
-            if (!leaves && fs::is_regular_file(folder / relative, error)) return folder / relative;
-        }
-    }
-    throw FmuError(
-        "there is no FMU '" + name + "' in the folders that plugins are taken from (" +
-        (searched.empty() ? "none is given" : searched) +
-        "); an FMU is a program, so that its folder is given to the command: --plugin-path FOLDER");
-}
 
 /// The type of a signal that holds values of that type of FMI.
 bf::Type type_of_signal(int version, Type type) {
@@ -130,7 +104,7 @@ namespace {
 constexpr std::size_t header = 2 + sizeof(Running::Memory) / sizeof(double); ///< numbers before the bytes
 } // namespace
 
-Running::Running(fs::path archive, const Description& d, Kind kind, double timeout)
+Running::Running(std::filesystem::path archive, const Description& d, Kind kind, double timeout)
     : archive_(std::move(archive)), kind_(kind), timeout_(timeout) {
     const auto& its = kind == Kind::co_simulation ? d.co_simulation : d.model_exchange;
     can_save_ = its && its->has_state && its->can_serialize;
@@ -188,12 +162,11 @@ Status Running::failure(const char* text) noexcept {
 
 // ---- the block
 
-FmuBlock::FmuBlock(const Arguments& arguments, Kind kind, std::set<std::string> taken)
-    : Block(arguments), names_(std::move(taken)), running_(this, [this, kind] {
+FmuBlock::FmuBlock(const Arguments& arguments, Kind kind)
+    : Block(arguments), running_(this, [this, kind] {
           return std::make_shared<Running>(archive_, description_, kind, *process == "own" ? *timeout : 0.0);
       }) {
     if (fmu->empty()) return; // described without a model
-    names_.insert({"fmu", "process", "timeout"});
     try {
         archive_ = find_fmu(*fmu);
         auto described = fmi::description_of(archive_);
@@ -204,7 +177,7 @@ FmuBlock::FmuBlock(const Arguments& arguments, Kind kind, std::set<std::string> 
                                   "FMI/ModelExchange"
                                 : ": it is for co-simulation alone; use the block FMI/FMU"));
         description_ = std::move(described);
-        declare_ports();
+        declare_ports(kind);
     } catch (const FmuError& error) {
         problem(error.what());
     }
@@ -227,33 +200,18 @@ bool FmuBlock::depends(int output, int input) const {
     return true; // nothing is said of it
 }
 
-/// "controller.K[1,2]" as a name of the block: "controller_K_1_2".
-std::string FmuBlock::name_of(const Variable& v) {
-    std::string name;
-    for (const char c : v.name) {
-        const bool is_plain = std::isalnum(static_cast<unsigned char>(c)) || c == '_';
-        if (is_plain)
-            name += c;
-        else if (!name.empty() && name.back() != '_')
-            name += '_';
-    }
-    while (!name.empty() && name.back() == '_') name.pop_back();
-    if (name.empty() || std::isdigit(static_cast<unsigned char>(name.front()))) name = "v" + name;
-    std::string unique = name;
-    for (int i = 2; !names_.insert(unique).second; ++i) unique = name + "_" + std::to_string(i);
-    return unique;
-}
-
-void FmuBlock::declare_ports() {
+void FmuBlock::declare_ports(Kind kind) {
+    const auto names = block_names(description_, kind);
     for (int number = 0; number < static_cast<int>(description_.variables.size()); ++number) {
         const Variable& v = description_.variables[static_cast<std::size_t>(number)];
-        if (!has_values(v.type)) continue;
+        const std::string& name = names[static_cast<std::size_t>(number)];
+        if (name.empty()) continue;
         if (v.causality == Causality::input)
-            inputs_.push_back(declare<Role::input>(number, v));
+            inputs_.push_back(declare<Role::input>(number, v, name));
         else if (v.causality == Causality::output)
-            outputs_.push_back(declare<Role::output>(number, v));
-        else if (v.causality == Causality::parameter && !v.start.empty())
-            parameters_.push_back(declare<Role::parameter>(number, v));
+            outputs_.push_back(declare<Role::output>(number, v, name));
+        else
+            parameters_.push_back(declare<Role::parameter>(number, v, name));
     }
     for (auto& input : inputs_)
         input.is_early = std::any_of(outputs_.begin(), outputs_.end(), [&](const Port& output) {
@@ -261,7 +219,7 @@ void FmuBlock::declare_ports() {
         });
 }
 
-template <Role role> Port FmuBlock::declare(int number, const Variable& v) {
+template <Role role> Port FmuBlock::declare(int number, const Variable& v, const std::string& name) {
     About about;
     const int cols = v.dimensions.size() < 2 ? 1 : v.count() / std::max(v.dimensions[0], 1);
     const int rows = v.dimensions.empty() ? 1 : v.dimensions[0];
@@ -276,7 +234,6 @@ template <Role role> Port FmuBlock::declare(int number, const Variable& v) {
         if (v.minimum) about.minimum = *v.minimum;
         if (v.maximum) about.maximum = *v.maximum;
     }
-    const std::string name = name_of(v);
     Port port{number, -1, v.variability == Variability::continuous, v.variability == Variability::tunable,
               false,  {}};
     const auto make = [&](auto t, auto scalar) {

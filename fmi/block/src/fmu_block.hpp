@@ -8,7 +8,6 @@
 #include <functional>
 #include <limits>
 #include <memory>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -91,8 +90,7 @@ class Running {
 /// An FMU of one kind. Ports, parameters, types and sizes are those of its description.
 class FmuBlock : public Block {
   public:
-    /// `taken`: names of quantities that the block has besides those of the FMU.
-    FmuBlock(const Arguments& arguments, Kind kind, std::set<std::string> taken);
+    FmuBlock(const Arguments& arguments, Kind kind);
     bool feedthrough(int output, int input) const override;
     void stop(Now at) const noexcept override { at[running_].close(); }
 
@@ -118,12 +116,10 @@ class FmuBlock : public Block {
 
   private:
     bool depends(int output, int input) const;
-    std::string name_of(const Variable& v);
-    void declare_ports();
-    template <Role role> Port declare(int number, const Variable& v);
+    void declare_ports(Kind kind);
+    template <Role role> Port declare(int number, const Variable& v, const std::string& name);
 
     std::filesystem::path archive_;
-    std::set<std::string> names_;
 
   protected:
     OutsideState<Running> running_;

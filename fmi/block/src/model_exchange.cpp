@@ -19,8 +19,7 @@ namespace {
 /// all inputs are known.
 class ModelExchange final : public FmuBlock {
   public:
-    explicit ModelExchange(const Arguments& arguments)
-        : FmuBlock(arguments, Kind::model_exchange, {"states", "indicators", "event"}) {}
+    explicit ModelExchange(const Arguments& arguments) : FmuBlock(arguments, Kind::model_exchange) {}
 
     Status reset(Now at, After after) const noexcept override {
         Running& its = at[running_];

@@ -88,6 +88,10 @@ class Values {
 /// Is it a type that Values holds?
 bool has_values(Type type);
 
+/// What the variables are called as ports and parameters of a block: "controller.K[1,2]" is
+/// "controller_K_1_2". Empty for those that are none: parameters without a start value, locals, texts.
+std::vector<std::string> block_names(const Description& description, Kind kind);
+
 /// What an event changed.
 struct Event {
     bool has_jumped = false;                               ///< did continuous states?

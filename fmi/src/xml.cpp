@@ -1,0 +1,82 @@
+#include "xml.hpp"
+
+#include <cmath>
+
+namespace bf::fmi {
+
+std::optional<Type> type_of_name(std::string_view name) {
+    if (name == "Real") return Type::float64;
+    if (name == "Integer") return Type::int32;
+    const auto* const found = std::find(std::begin(type_names), std::end(type_names), name);
+    if (found == std::end(type_names)) return std::nullopt;
+    return static_cast<Type>(found - std::begin(type_names));
+}
+
+std::string xml_number(double x) {
+    if (std::isnan(x)) return "NaN";
+    if (std::isinf(x)) return x > 0 ? "INF" : "-INF";
+    return number_text(x);
+}
+
+std::string attribute(const char* name, const std::string& value) {
+    return std::string(" ") + name + "=\"" + escape::xml(value) + "\"";
+}
+std::string optional_attribute(const char* name, const std::string& value) {
+    return value.empty() ? "" : attribute(name, value);
+}
+
+const XmlNode* XmlReader::parse(tinyxml2::XMLDocument& to, const std::string& xml) const {
+    if (xml.size() > description_limit)
+        throw FmuError(archive_ + ": its " + document_ + " has more than 64 MiB");
+    if (to.Parse(xml.data(), xml.size()) != tinyxml2::XML_SUCCESS)
+        throw FmuError(archive_ + ": " + document_ + ":" + std::to_string(to.ErrorLineNum()) +
+                       ": it is no well-formed XML: " + tinyxml2::XMLDocument::ErrorIDToName(to.ErrorID()));
+    return to.RootElement();
+}
+
+void XmlReader::refuse(const XmlNode* at, const std::string& what) const {
+    std::string text = archive_ + ": " + document_;
+    if (at) text += ":" + std::to_string(at->GetLineNum());
+    throw FmuError(text + ": " + what);
+}
+
+std::string XmlReader::needed(const XmlNode* e, const char* name) const {
+    const char* const value = e->Attribute(name);
+    if (!value || !*value)
+        refuse(e,
+               std::string("<") + e->Name() + "> lacks its attribute '" + name + "'" + rule_of_attributes_);
+    return value;
+}
+
+bool XmlReader::truth(const XmlNode* e, const char* name, bool otherwise) const {
+    const std::string value = text(e, name);
+    if (value.empty()) return otherwise;
+    if (value != "true" && value != "false" && value != "1" && value != "0")
+        refuse(e, std::string("'") + name + "' is '" + shown(value) + "', but must be true or false");
+    return value == "true" || value == "1";
+}
+
+double XmlReader::number(const XmlNode* e, const char* name, const std::string& value) const {
+    if (value == "INF" || value == "+INF") return std::numeric_limits<double>::infinity();
+    if (value == "-INF") return -std::numeric_limits<double>::infinity();
+    if (value == "NaN") return std::numeric_limits<double>::quiet_NaN();
+    const char* begin = value.c_str();
+    if (*begin == '+') ++begin;
+    const auto found = number_of(std::string_view(begin));
+    if (!found) refuse(e, std::string("'") + name + "' is '" + shown(value) + "', which is no number");
+    return *found;
+}
+
+std::vector<std::string> XmlReader::words(const std::string& list) {
+    std::vector<std::string> all;
+    for (std::size_t at = 0; at < list.size();) {
+        const auto begin = list.find_first_not_of(" \t\r\n", at);
+        if (begin == std::string::npos) break;
+        const auto end = std::min(list.find_first_of(" \t\r\n", begin), list.size());
+        all.push_back(list.substr(begin, end - begin));
+        at = end;
+    }
+    return all;
+}
+
+} // namespace bf::fmi

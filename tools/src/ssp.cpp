@@ -1,0 +1,372 @@
+#include "ssp.hpp"
+
+#include "bf/base/numbers.hpp"
+#include "bf/fmi/ssp.hpp"
+#include "session.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <map>
+#include <memory>
+#include <set>
+
+namespace bf::tools {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// As MATLAB reads it.
+std::string expression(double x) {
+    return std::isnan(x) ? "NaN" : std::isinf(x) ? (x > 0 ? "Inf" : "-Inf") : number_text(x);
+}
+model::Expression of(std::string text) { return {.text = std::move(text)}; }
+
+/// A name for a block or a port that none of `taken` has, which it joins.
+std::string name_of(const std::string& wanted, std::set<std::string>& taken) {
+    std::string name;
+    for (const char c : wanted) {
+        const auto byte = static_cast<unsigned char>(c);
+        name += byte < 0x20 || byte == 0x7f || c == '.' || c == '*' ? '_' : c;
+    }
+    if (name.size() > 150) name.resize(150);
+    if (name.front() == ' ') name.front() = '_';
+    if (name.back() == ' ') name.back() = '_';
+    std::string unique = name;
+    for (int i = 2; !taken.insert(unique).second; ++i) unique = name + "_" + std::to_string(i);
+    return unique;
+}
+
+class SystemModel {
+  public:
+    SystemModel(fmi::SystemStructure structure, const fs::path& folder, const std::string& package)
+        : its_(std::move(structure)), folder_(folder), package_(package) {}
+
+    model::Model model() {
+        if (its_.start != 0)
+            refuse("its experiment begins at " + number_text(its_.start) +
+                   " s, but runs begin at 0; let it begin there");
+        model_.name = its_.name;
+        for (char& c : model_.name)
+            if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '_';
+        model_.doc = its_.system.doc;
+        model_.plugins.push_back({"FMI"});
+        describe(its_.system);
+        read_experiment();
+        give_parameters(its_.system, "");
+        fill(its_.system, model_.root, "");
+        return std::move(model_);
+    }
+
+  private:
+    [[noreturn]] void refuse(const std::string& what) const { throw CommandError(package_ + ": " + what); }
+
+    /// Reads what all FMUs say of themselves.
+    void describe(const fmi::SystemElement& system) {
+        for (const auto& element : system.elements) {
+            if (element.is_system) {
+                describe(element);
+                continue;
+            }
+            const auto [known, is_new] = descriptions_.try_emplace(element.source);
+            if (is_new) known->second = fmi::description_of(folder_ / element.source);
+            const auto& d = known->second;
+            const double step = d.co_simulation && d.co_simulation->internal_step
+                                    ? *d.co_simulation->internal_step
+                                    : d.step.value_or(0);
+            if (step > 0 && (step_ == 0 || step < step_)) step_ = step;
+        }
+    }
+
+    /// Where nobody says how long a step is, it is the shortest that an FMU names, or a thousandth of the
+    /// run.
+    void read_experiment() {
+        if (its_.stop) model_.stop = of(expression(*its_.stop));
+        const auto own = [&](const char* name, std::optional<model::Expression>& to) {
+            if (const auto found = its_.own.find(name); found != its_.own.end()) to = of(found->second);
+        };
+        own("step", model_.step);
+        own("solver", model_.solver);
+        own("relative_tolerance", model_.relative_tolerance);
+        own("absolute_tolerance", model_.absolute_tolerance);
+        own("max_step", model_.max_step);
+        if (step_ == 0) step_ = its_.stop.value_or(0) / 1000;
+        if (!model_.step) model_.step = of(expression(step_));
+        if (its_.own.contains("algebraic_loops")) model_.algebraic_loops = model::AlgebraicLoops::solve;
+        for (const auto& signal : its_.record) model_.record.push_back({signal});
+        model_.record_all = model_.record.empty();
+    }
+
+    /// Hands the values that a system's bindings give to the components, those of outer systems last.
+    void give_parameters(fmi::SystemElement& system, const std::string& path) {
+        for (auto& element : system.elements)
+            if (element.is_system) give_parameters(element, path + element.name + ".");
+        for (const auto& parameter : system.parameters) give(system, parameter, path);
+    }
+    void give(fmi::SystemElement& system, fmi::ParameterValue value, const std::string& path) {
+        const std::string name = value.name;
+        if (const auto* own = system.find(name)) {
+            if (own->kind != fmi::Causality::parameter && own->kind != fmi::Causality::structural_parameter)
+                refuse("'" + path + name +
+                       "' is given a value, but is no parameter; give inputs of a system by --inputs");
+            for (const auto& wire : system.wires)
+                if (wire.from_element.empty() && wire.from == name) {
+                    fmi::ParameterValue inner = value;
+                    for (double& x : inner.values) x = wire.conversion.factor * x + wire.conversion.offset;
+                    inner.name = wire.to;
+                    give_to(system, wire.to_element, inner, path);
+                }
+        }
+        for (auto& element : system.elements)
+            if (name.size() > element.name.size() && name.starts_with(element.name) &&
+                name[element.name.size()] == '.') {
+                value.name = name.substr(element.name.size() + 1);
+                give_to(system, element.name, value, path);
+            }
+    }
+    void give_to(fmi::SystemElement& system, const std::string& name, const fmi::ParameterValue& value,
+                 const std::string& path) {
+        for (auto& element : system.elements)
+            if (element.name == name) {
+                if (element.is_system)
+                    give(element, value, path + name + ".");
+                else
+                    element.parameters.push_back(value);
+            }
+    }
+
+    /// The ends of an element's connectors as connections of the model write them.
+    using Ends = std::map<std::string, model::Endpoint>;
+
+    void fill(const fmi::SystemElement& from, model::System& to, const std::string& path) {
+        std::set<std::string> names;
+        std::map<std::string, Ends> ends; // by element
+        for (const auto& c : from.connectors) {
+            const bool is_input = c.kind == fmi::Causality::input;
+            if (!is_input && c.kind != fmi::Causality::output) continue;
+            if (!is_input && std::none_of(from.wires.begin(), from.wires.end(), [&](const auto& w) {
+                    return w.to_element.empty() && w.to == c.name;
+                }))
+                continue; // nothing gives it a value
+            const std::string name = name_of(c.name, names);
+            (is_input ? to.inputs : to.outputs).push_back({.name = name, .unit = c.unit});
+            ends[""][c.name] = {.block = {}, .port = name};
+        }
+        for (const auto& element : from.elements) {
+            model::Block block{.name = name_of(element.name, names), .doc = element.doc};
+            place(element, path + block.name);
+            if (element.is_system) {
+                block.system = std::make_unique<model::System>();
+                fill(element, *block.system, path + block.name + ".");
+                std::set<std::string> inner;
+                for (const auto& c : element.connectors) // as they were named inside
+                    if (c.kind == fmi::Causality::input || c.kind == fmi::Causality::output)
+                        ends[element.name][c.name] = {block.name, inside_[path + block.name + "." + c.name]};
+            } else {
+                fill_component(element, from, block, to, names, ends[element.name]);
+            }
+            to.blocks.push_back(std::move(block));
+        }
+        for (const auto& [name, end] : ends[""]) inside_[path + name] = end.port;
+        connect(from, to, path, names, ends);
+    }
+
+    void fill_component(const fmi::SystemElement& from, const fmi::SystemElement& around, model::Block& block,
+                        model::System& system, std::set<std::string>& names, Ends& ends) {
+        const auto& description = descriptions_.at(from.source);
+        const auto kind = from.kind                   ? *from.kind
+                          : description.co_simulation ? fmi::Kind::co_simulation
+                                                      : fmi::Kind::model_exchange;
+        block.type = kind == fmi::Kind::co_simulation ? "FMI/FMU" : "FMI/ModelExchange";
+        block.settings.push_back({"fmu", {.text = from.source, .quotes = model::Quotes::single}});
+        const auto own = [&](const char* name) {
+            const auto found = from.own.find(name);
+            return found == from.own.end() ? std::nullopt : std::optional(of(found->second));
+        };
+        block.period = own("period");
+        block.offset = own("offset");
+        if (kind == fmi::Kind::co_simulation && !block.period) block.period = model_.step;
+
+        const auto block_names = fmi::block_names(description, kind);
+        std::map<std::string, std::size_t> variables;
+        for (std::size_t i = 0; i < block_names.size(); ++i) variables[description.variables[i].name] = i;
+        for (const auto& c : from.connectors) {
+            const auto found = variables.find(c.name);
+            if (found == variables.end())
+                refuse("the connector '" + from.name + "." + c.name + "' is no variable of " + from.source +
+                       " (SSP 2.0, section 5.2.1)");
+            ends[c.name] = {block.name, block_names[found->second]};
+        }
+        std::map<std::string, const fmi::ParameterValue*> given; // the last one of each
+        for (const auto& p : from.parameters) given[p.name] = &p;
+        for (const auto& item : given) {
+            const std::string& name = item.first;
+            const auto found = variables.find(name);
+            if (found == variables.end())
+                continue; // sets may be for more than there is (SSP 2.0, section 6.2)
+            const auto& v = description.variables[found->second];
+            const std::string& known = block_names[found->second];
+            if (known.empty() || v.causality == fmi::Causality::output)
+                refuse("'" + from.name + "." + name + "' is given a value, but is no number that may be set");
+            const std::string text = value_text(from.name + "." + name, v, *item.second);
+            if (v.causality != fmi::Causality::input) {
+                block.settings.push_back({known, of(text)});
+            } else if (std::none_of(around.wires.begin(), around.wires.end(), [&](const auto& w) {
+                           return w.to_element == from.name && w.to == name;
+                       })) {
+                model::Block constant{.name = name_of(from.name + "_" + known, names), .type = "Constant"};
+                constant.settings.push_back({"value", of(text)});
+                system.connections.push_back({{constant.name}, {{block.name, known}}});
+                system.blocks.push_back(std::move(constant));
+            }
+        }
+    }
+
+    /// The value of a parameter as the block takes it.
+    std::string value_text(const std::string& name, const fmi::Variable& v,
+                           const fmi::ParameterValue& given) const {
+        std::vector<double> values = given.values;
+        const auto count = static_cast<std::size_t>(v.count());
+        if (values.size() == 1) values.resize(count, values.front());
+        if (values.size() != count)
+            refuse("'" + name + "' has " + std::to_string(count) + " elements, but is given " +
+                   std::to_string(given.values.size()));
+        if (!given.unit.empty() && !v.unit.empty() && given.unit != v.unit)
+            refuse("'" + name + "' is in " + v.unit + ", but its value in " + given.unit +
+                   "; give it in the former");
+        const bool is_input = v.causality == fmi::Causality::input;
+        std::string text;
+        const int cols = v.dimensions.size() < 2 ? 1 : v.count() / std::max(v.dimensions[0], 1);
+        for (std::size_t i = 0; i < count; ++i) {
+            const bool is_row_end = (i + 1) % static_cast<std::size_t>(cols) == 0;
+            text += (v.type == fmi::Type::boolean ? std::string(values[i] != 0 ? "true" : "false")
+                                                  : expression(values[i])) +
+                    (i + 1 == count ? ""
+                     : is_row_end   ? "; "
+                                    : " ");
+        }
+        if (!v.dimensions.empty()) text = "[" + text + "]";
+        static constexpr std::pair<fmi::Type, const char*> typed[] = {
+            {fmi::Type::float32, "single"}, {fmi::Type::int8, "int8"},        {fmi::Type::uint8, "uint8"},
+            {fmi::Type::int16, "int16"},    {fmi::Type::uint16, "uint16"},    {fmi::Type::int32, "int32"},
+            {fmi::Type::uint32, "uint32"},  {fmi::Type::enumeration, "int32"}};
+        if (is_input) // a constant has the type of its value
+            for (const auto& [type, function] : typed)
+                if (type == v.type) text = std::string(function) + "(" + text + ")";
+        return text;
+    }
+
+    void connect(const fmi::SystemElement& from, model::System& to, const std::string& path,
+                 std::set<std::string>& names, std::map<std::string, Ends>& ends) {
+        std::map<std::string, std::size_t> by_source;
+        const auto add = [&](const model::Endpoint& a, const model::Endpoint& b) {
+            const auto [known, is_new] = by_source.emplace(a.text(), to.connections.size());
+            if (is_new)
+                to.connections.push_back({a, {b}});
+            else
+                to.connections[known->second].to.push_back(b);
+        };
+        for (const auto& wire : from.wires) {
+            const auto find = [&](const std::string& element,
+                                  const std::string& connector) -> const model::Endpoint* {
+                const auto& its = ends[element];
+                const auto found = its.find(connector);
+                return found == its.end() || found->second.port.empty() ? nullptr : &found->second;
+            };
+            const auto *a = find(wire.from_element, wire.from), *b = find(wire.to_element, wire.to);
+            const auto is_parameter = [&](const std::string& element, const std::string& connector) {
+                const fmi::SystemElement* of = &from;
+                for (const auto& e : from.elements)
+                    if (e.name == element) of = &e;
+                const auto kind = of->find(connector)->kind;
+                return kind == fmi::Causality::parameter || kind == fmi::Causality::structural_parameter;
+            };
+            if (is_parameter(wire.to_element, wire.to)) {
+                if (wire.from_element.empty() && is_parameter("", wire.from))
+                    continue; // its value is given already
+                refuse("a signal leads to the parameter '" + path + wire.to_element + "." + wire.to +
+                       "', which is not known here; connect it to an input");
+            }
+            if (!a || !b)
+                refuse("'" + path + (a ? wire.to : wire.from) +
+                       "' is connected, but is no number that a signal has");
+            model::Endpoint source = *a;
+            const auto convert = [&](const char* type, const char* setting, double x) {
+                model::Block block{.name = name_of(b->text() + " " + setting, names), .type = type};
+                block.settings.push_back({setting, of(expression(x))});
+                add(source, {block.name});
+                source = {block.name};
+                to.blocks.push_back(std::move(block));
+            };
+            if (wire.conversion.factor != 1) convert("Gain", "K", wire.conversion.factor);
+            if (wire.conversion.offset != 0) convert("Bias", "bias", wire.conversion.offset);
+            add(source, *b);
+            if (wire.xs.empty()) continue;
+            model::Bends bends{path + b->text()};
+            for (std::size_t i = 0; i < wire.xs.size(); ++i)
+                bends.points.push_back(point(wire.xs[i], wire.ys[i]));
+            if (std::all_of(bends.points.begin(), bends.points.end(), is_drawn))
+                model_.layout.wires.push_back(std::move(bends));
+        }
+    }
+
+    static model::Point point(double x, double y) {
+        return {x * pixels_per_millimetre, -y * pixels_per_millimetre};
+    }
+    static bool is_drawn(const model::Point& p) { return std::abs(p.x) <= 1e6 && std::abs(p.y) <= 1e6; }
+
+    /// Rotations are by quarters here; sizes are those before it there, as drawn here.
+    void place(const fmi::SystemElement& element, const std::string& path) {
+        if (!element.place) return;
+        const auto& its = *element.place;
+        const auto middle = point((its.x1 + its.x2) / 2, (its.y1 + its.y2) / 2);
+        model::Point size{std::abs(its.x2 - its.x1) * pixels_per_millimetre,
+                          std::abs(its.y2 - its.y1) * pixels_per_millimetre};
+        const double quarters = std::round(-its.rotation / 90);
+        if (!is_drawn(middle) || !is_drawn(size) || !(std::abs(quarters) < 1e6) || size.x < 1 || size.y < 1)
+            return;
+        const int turns = static_cast<int>(std::fmod(std::fmod(quarters, 4) + 4, 4));
+        if (turns % 2 == 1) std::swap(size.x, size.y);
+        model_.layout.blocks.push_back({.path = path,
+                                        .at = {middle.x - size.x / 2, middle.y - size.y / 2},
+                                        .size = size,
+                                        .flipped = its.x1 > its.x2,
+                                        .rotated = static_cast<model::Rotation>(turns)});
+    }
+
+    fmi::SystemStructure its_;
+    const fs::path& folder_;
+    const std::string& package_;
+    model::Model model_;
+    std::map<std::string, std::string> inside_; ///< what a system's connector is called as its port
+    std::map<std::string, fmi::Description> descriptions_; ///< by source
+    double step_ = 0;                                      ///< the shortest that an FMU names, s
+};
+
+} // namespace
+
+std::map<std::string, fs::path> fmus_of(const Diagram& diagram) {
+    std::map<std::string, fs::path> all;
+    for (const auto& node : diagram.nodes)
+        if (node.library == "FMI")
+            for (const auto& [name, value] : node.arguments)
+                if (name == "fmu") all[value.text] = fmi::find_fmu(value.text);
+    return all;
+}
+
+model::Model open_system(const fs::path& package) {
+    // Blocks open their FMUs when a run starts, wherever in the command that is.
+    static std::vector<std::unique_ptr<fmi::TemporaryFolder>> folders;
+    folders.push_back(std::make_unique<fmi::TemporaryFolder>("system"));
+    const fs::path& folder = folders.back()->path();
+    fmi::extract(package, folder, {}, fmi::system_archive);
+    const std::string name = package.string();
+    model::Model model = SystemModel(fmi::read_system(folder, name), folder, name).model();
+    const char* variable = "BLOCKFACTORY_PLUGIN_PATH";
+    const char* before = std::getenv(variable);
+    ::setenv(variable, (folder.string() + (before ? std::string(":") + before : "")).c_str(), 1);
+    return model;
+}
+
+} // namespace bf::tools

@@ -517,8 +517,15 @@ std::string Generator::cmake_lists(const std::vector<std::string>& sources) cons
                     "endif()\n";
         }
     }
+    const auto used = plugins();
+    const bool has_fmus = std::find(used.begin(), used.end(), "FMI") != used.end();
     return text + "\nfind_package(Threads REQUIRED)\nadd_executable(run_" + file_ +
            " main.cpp)\ntarget_link_libraries(run_" + file_ + " PRIVATE " + model + " Threads::Threads)\n" +
+           (has_fmus ? "# Its FMUs are found in fmus/ beside it.\nadd_custom_command(TARGET run_" + file_ +
+                           " POST_BUILD COMMAND ${CMAKE_COMMAND} -E copy_directory\n                   "
+                           "${CMAKE_CURRENT_SOURCE_DIR}/fmus $<TARGET_FILE_DIR:run_" +
+                           file_ + ">/fmus)\n"
+                     : "") +
            "\n# The model for C and Python: " + file_ + ".py stands beside the library.\nadd_library(" +
            file_ + "_c SHARED " + file_ + "_c.cpp" + (is_dynamic() ? "" : " " + file_ + "_run.cpp") +
            ")\ntarget_link_libraries(" + file_ + "_c PRIVATE " + model + ")\nset_target_properties(" + file_ +

@@ -4,6 +4,7 @@
 #include "bf/codegen/generate.hpp"
 #include "files.hpp"
 #include "session.hpp"
+#include "ssp.hpp"
 #include "terminal.hpp"
 #include "verbs.hpp"
 
@@ -229,9 +230,16 @@ Trial pack_program(const Program& program, const LoadedModel& loaded, const Mode
     // Those of unused variants too, for values may be changed where the package runs.
     FileSet files = files_of(loaded);
     files.merge(files_of(loaded.source.file, loaded.source.texts));
-    for (const auto& file : files) folder.copy(file, packed_place(file, model_folder, "deploy"));
+    // A system goes as the model that it is, with its FMUs among the plugins: a bare root has nowhere to
+    // unpack it.
+    const fs::path place = is_system(model) ? fs::path("model") / model.filename().replace_extension(".yaml")
+                                            : packed_place(model, model_folder, "deploy");
+    for (const auto& file : files)
+        if (is_system(file))
+            folder.write(place, loaded.source.texts.at(file));
+        else
+            folder.copy(file, packed_place(file, model_folder, "deploy"));
 
-    const fs::path place = packed_place(model, model_folder, "deploy");
     folder.copy(program.file, "bin/bf");
     std::string loader;
     for (const auto& library : program.libraries) {
@@ -239,6 +247,7 @@ Trial pack_program(const Program& program, const LoadedModel& loaded, const Mode
         if (library.filename().string().starts_with("ld-linux")) loader = library.filename();
     }
     for (const auto& plugin : program.plugins) folder.copy(plugin, "lib/blockfactory" / plugin.filename());
+    for (const auto& [its, file] : fmus_of(loaded.diagram)) folder.copy(file, "lib/blockfactory/" + its);
     if (loader.empty())
         throw CommandError("glibc's dynamic loader, ld-linux*, is not among the libraries of " +
                            program.file.string());

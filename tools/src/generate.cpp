@@ -1,6 +1,7 @@
 // bf generate: writes a C++ project that computes what the model computes.
 #include "bf/codegen/generate.hpp"
 #include "session.hpp"
+#include "ssp.hpp"
 #include "verbs.hpp"
 
 #include <cstdio>
@@ -50,7 +51,9 @@ void add_generate(CLI::App& app) {
         if (options->language == "c") options->how.language = codegen::Language::c;
         const codegen::Options how = generation_options(loaded, options->how);
         const auto memory = codegen::memory_report(diagram, how);
-        codegen::write(codegen::generate(diagram, how), options->folder);
+        codegen::Files files = codegen::generate(diagram, how);
+        for (const auto& [name, file] : fmus_of(diagram)) files["fmus/" + name] = read_text_file(file);
+        codegen::write(files, options->folder);
         const char* folder = options->folder.c_str();
         std::printf("%s in %s; build it with: cmake -S %s -B %s/build && cmake --build %s/build\n",
                     codegen::class_name(diagram).c_str(), folder, folder, folder, folder);

@@ -130,6 +130,12 @@ class JsonReader {
         State state{.name = name};
         const std::string where = "state '" + name + "'";
         Texts to;
+        constexpr int deepest = 50;
+        if (depth_ >= deepest) {
+            problems.push_back(where + " is nested too deeply; 50 levels are the most");
+            return state;
+        }
+        ++depth_;
         if (!is_identifier(name))
             problems.push_back(where +
                                " is no name; begin with a letter and go on with letters, digits and '_'");
@@ -166,6 +172,7 @@ class JsonReader {
         if (json.is_object() && json.contains("regions") && json.contains("states"))
             problems.push_back(where +
                                " has 'states' and 'regions'; regions are active at once, of states one is");
+        --depth_;
         const bool is_history =
             state.kind == State::Kind::shallow_history || state.kind == State::Kind::deep_history;
         if (is_history)
@@ -193,6 +200,8 @@ class JsonReader {
              });
         return made;
     }
+
+    int depth_ = 0; ///< of the state that is read
 };
 
 } // namespace

@@ -213,5 +213,11 @@ TEST(Charts, NameWhatIsWrongWithStateAndTransition) {
         "state 'a', entry: an `if` has no `end`");
 }
 
+TEST(Charts, AreNotDeeperThanTheirReader) {
+    std::string deep = "{}";
+    for (int i = 0; i < 5000; ++i) deep = "{\"states\": {\"a\": " + deep + "}}";
+    EXPECT_EQ(refusal(deep), "state 'a' is nested too deeply; 50 levels are the most");
+}
+
 } // namespace
 } // namespace bf::charts::test

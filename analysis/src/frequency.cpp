@@ -73,6 +73,8 @@ std::vector<Point> trace(const Reduced& L, const std::vector<Complex>& closed_po
                grid.end());
     for (const double w : logarithmic(low, high, 2 + static_cast<int>(per_decade * std::log10(high / low))))
         grid.push_back(w);
+    // At π/T itself L is real: a crossover shortly below is seen by what L is just before.
+    if (L.period() > 0) grid.push_back(high * (1 - 1e-6));
     std::sort(grid.begin(), grid.end());
     std::vector<Point> curve{{low, L(low)}};
     const auto add = [&](const auto& self, const Point& b) -> void {

@@ -172,6 +172,15 @@ TEST(Response, WhereALoopGainIs0ButForRoundingThereIsNoMargin) {
     }
 }
 
+TEST(Response, ACrossoverMayLieShortlyBelowHalfOfTheSamplesFrequency) {
+    // By the root of the imaginary part in NumPy and SciPy; at π/T the loop bears 8.64 dB.
+    const auto m =
+        margins(rational({0.259305, 0.32173, 0.228254, 0.0790251, 0.0157426},
+                         {1, 0.63476864, -0.62191886, -0.13356336, 0.31521678, -0.085332204}, 0.1));
+    EXPECT_NEAR(20 * std::log10(m.gain), 7.624323897844122, 1e-8);
+    EXPECT_NEAR(m.phase_crossover, 30.277720262619916, 1e-8);
+}
+
 TEST(Response, ACrossoverMayLieFarBelowTheSlowestPole) {
     const auto m = margins(first_order(1.001, 1));
     const double w = std::sqrt(1.001 * 1.001 - 1);

@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-struct ExportOptions {
+struct SystemOptions {
     ModelOptions model;
     FmuOptions fmu;
     std::string output;
@@ -228,14 +228,14 @@ class SystemExporter {
             const auto& v = description.variables[i];
             if (block_names[i].empty()) continue;
             if (v.causality == fmi::Causality::parameter) {
-                const int slot = resolution.find(block_names[i], Role::parameter);
+                const int slot = resolution.find(block_names[i], bf::Role::parameter);
                 add_parameter(path, v, resolution.slots[static_cast<std::size_t>(slot)]);
                 continue;
             }
             const bool is_input = v.causality == fmi::Causality::input;
             (is_input ? names.inputs : names.outputs)[block_names[i]] = v.name;
             add_connector(element, v);
-            if (!is_input) show({n, resolution.find(block_names[i], Role::output)}, path, block_names[i]);
+            if (!is_input) show({n, resolution.find(block_names[i], bf::Role::output)}, path, block_names[i]);
         }
         if (names.outputs.size() == 1) known_.insert(path);
         return names;
@@ -328,8 +328,8 @@ class SystemExporter {
             for (const auto& port : system->outputs) add(port.name, false);
         } else if (n >= 0) {
             for (const auto& slot : diagram_.nodes[static_cast<std::size_t>(n)].block->declaration().slots)
-                if (slot.role == Role::input || slot.role == Role::output)
-                    add(slot.name, slot.role == Role::input);
+                if (slot.role == bf::Role::input || slot.role == bf::Role::output)
+                    add(slot.name, slot.role == bf::Role::input);
         } else {
             refuse("'" + path + "' cannot become an FMU by itself; put it into a subsystem");
         }
@@ -482,7 +482,7 @@ class SystemExporter {
             const auto& slots = node.block->declaration().slots;
             return (node.path == path || node.path.starts_with(path + ".")) &&
                    std::any_of(slots.begin(), slots.end(),
-                               [](const auto& s) { return s.role == Role::continuous_state; });
+                               [](const auto& s) { return s.role == bf::Role::continuous_state; });
         });
     }
     /// Does the solver ask for it inside of a step?
@@ -594,7 +594,7 @@ class SystemExporter {
     std::size_t hidden_ = 0;
 };
 
-void execute(const ExportOptions& options) {
+void execute(const SystemOptions& options) {
     const LoadedModel loaded = load_model(options.model);
     const std::string output =
         !options.output.empty() ? options.output : fs::path(options.model.file).stem().string() + ".ssp";
@@ -612,7 +612,7 @@ void execute(const ExportOptions& options) {
 
 void add_export_ssp(CLI::App& app) {
     auto* command = app.add_subcommand("export-ssp", "write a model of FMUs as a system of them (SSP)");
-    auto options = std::make_shared<ExportOptions>();
+    auto options = std::make_shared<SystemOptions>();
     options->model.add_to(*command);
     command->add_option("-o,--output", options->output, "file; otherwise MODEL.ssp in this folder")
         ->type_name("FILE");

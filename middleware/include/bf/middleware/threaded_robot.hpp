@@ -14,7 +14,7 @@ namespace bf::middleware {
 struct WaitingDriver {
     std::unique_ptr<toolbox::RobotDevice> device;
     std::unique_ptr<toolbox::RobotConnection> robot; ///< steps do not call it, so its calls may wait
-    std::function<double()> time = nullptr; ///< of its own clock when it has started, s; empty: 0
+    std::function<double()> time = nullptr;          ///< of its own clock when it has started, s; empty: 0
     /// Its own clock, asked in every look at it, s; empty: that of this computer goes on from `time`.
     std::function<double()> clock = nullptr;
     /// Of a robot that stands still until it is told to go on, such as a simulator; empty: it has a clock of

@@ -119,6 +119,18 @@ TEST(Charts, RegionsRunAtOnceAndTellEachOther) {
         << "walk.left.stance is called by as much of its path as no other state has";
 }
 
+TEST(Charts, RegionsAreActiveFromTheirEntryUntilTheyAreLeft) {
+    Machine m = machine(R"({"variables": ["around", "first", "second", "last", "left"], "states": {
+        "on": {"entry": "around = r1 + 2*r2", "exit": "left = r1 + 2*r2", "transitions": [{"to": "off", "after": 0.1}],
+            "regions": {"r1": {"entry": "first = r1 + 2*r2", "exit": "last = r1 + 2*r2"},
+                        "r2": {"entry": "second = r1 + 2*r2"}}},
+        "off": {}}})");
+    EXPECT_TRUE(m.step(0));
+    EXPECT_EQ(m.values, (Numbers{0, 1, 3, 0, 0})) << "entered from the outside in, the first one first";
+    EXPECT_TRUE(m.step(0.1));
+    EXPECT_EQ(m.values, (Numbers{0, 1, 3, 1, 0})) << "left in the opposite order";
+}
+
 TEST(Charts, HistoriesRememberAndTimersCount) {
     const auto seen = [](const std::string& kind) {
         Machine m = machine(R"({"events": ["stop", "go"], "variables": ["ticks"], "states": {

@@ -142,8 +142,9 @@ FmuCode Generator::fmu(int version, const std::map<std::string, std::string>& fo
         const Slot& slot = diagram_.slot(end);
         FmuVariable variable{role,           path,           unit_text(slot), slot.doc, type_of(slot),
                              slot.size.rows, slot.size.cols, slot.limits,     {},       {}};
-        for (const auto& enumerated : diagram_.enumerated)
-            if (enumerated.end.node == end.node && enumerated.end.slot == end.slot)
+        for (const auto& enumerated : diagram_.enumerated) // others, as of states, are numbers there
+            if (enumerated.end.node == end.node && enumerated.end.slot == end.slot &&
+                variable.type == Type::int32)
                 variable.names = enumerated.names;
         if (role != FmuVariable::Role::output && role != FmuVariable::Role::signal)
             variable.start = elements_of(slot.initial, static_cast<std::size_t>(slot.size.count()));

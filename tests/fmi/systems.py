@@ -161,6 +161,9 @@ with tempfile.TemporaryDirectory() as folder:
     # What cannot become one, by name.
     model.write_text("model: alone\nstep: 0.1\nblocks: {one: {block: Constant, value: 1}}\n")
     assert "it has no FMU; export it as one (bf export-fmu)" in said("export-ssp", model)
+    model.write_text(SYSTEM.replace("value: n}", "value: 3}"))
+    assert ("'start.value' is a scalar of type int32 by the wires around it, and by itself a scalar of type double; give it a value of that "
+            "type and size, or put a Convert behind it") in said("export-ssp", model, "--plugin-path", fmus)
     model.write_text("model: when\nplugins: [FMI]\nstep: 0.01\nstop: 1\nblocks:\n  on: {block: Constant, value: 1}\n  some:\n"
                      "    execution: enabled\n    blocks: {m: {block: FMI/FMU, fmu: motor.fmu, period: 0.01}}\n"
                      "connections: {on: some.enable}\n")

@@ -445,7 +445,7 @@ class SystemExporter {
             if (!scope.path.empty())
                 for (auto& change : overrides(part, scope.path)) changes.push_back(std::move(change));
             const LoadedModel loaded = load(part, scope.file, changes);
-            compare_rates(loaded.diagram, scope.path, path);
+            compare(loaded.diagram, scope.path, path);
             is_of_2_ = is_of_2_ && options_.version == 2;
             return make_fmu(loaded, options_);
         } catch (const codegen::GenerationError& error) {
@@ -455,13 +455,25 @@ class SystemExporter {
         }
     }
 
-    /// Blocks must run as often as they do in the model.
-    void compare_rates(const Diagram& part, const std::string& prefix, const std::string& path) const {
+    /// Blocks must run as often as they do in the model, with the types and sizes that they have there.
+    void compare(const Diagram& part, const std::string& prefix, const std::string& path) const {
         for (const auto& node : diagram_.nodes) {
             if (node.path != path && !node.path.starts_with(path + ".")) continue;
             const auto& rate = diagram_.rates[static_cast<std::size_t>(node.rate)];
             const int n = part.find_node(node.path.substr(prefix.size()));
-            if (n < 0 || rate.is_constant || rate.trigger != 0) continue;
+            if (n < 0) continue;
+            const auto& slots = part.nodes[static_cast<std::size_t>(n)].block->resolution().slots;
+            for (const Slot& slot : node.block->resolution().slots) {
+                const auto own = std::find_if(slots.begin(), slots.end(), [&](const Slot& other) {
+                    return other.name == slot.name && other.role == slot.role;
+                });
+                if (own != slots.end() && (own->type != slot.type || own->size != slot.size))
+                    refuse("'" + node.path + "." + slot.name + "' is a " + slot.size.text() + " of type " +
+                           bf::name(slot.type) + " by the wires around it, and by itself a " +
+                           own->size.text() + " of type " + bf::name(own->type) +
+                           "; give it a value of that type and size, or put a Convert behind it");
+            }
+            if (rate.is_constant || rate.trigger != 0) continue;
             const auto& its =
                 part.rates[static_cast<std::size_t>(part.nodes[static_cast<std::size_t>(n)].rate)];
             const bool is_needed = is_needed_[static_cast<std::size_t>(&node - diagram_.nodes.data())] != 0;

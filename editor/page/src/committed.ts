@@ -27,7 +27,8 @@ export function committed(field: HTMLInputElement | HTMLTextAreaElement, given: 
     else return;
     event.preventDefault();
   };
-  const leave = () => (field.value === refused ? back() : void commit());
+  // A field that goes while it has the keyboard is left, too: what was typed into it is on its way then.
+  const leave = () => (field.value === refused ? queueMicrotask(() => field.isConnected && back()) : void commit());
   field.addEventListener("keydown", key);
   field.addEventListener("blur", leave);
   return {

@@ -7,6 +7,7 @@
 #include "scalar.hpp"
 
 #include "bf/base/numbers.hpp"
+#include "bf/model/chart.hpp"
 
 #include <algorithm>
 
@@ -50,7 +51,6 @@ Content spelled(const Expression& value) {
 }
 
 Content expression(const Expression& value) {
-    if (is_mapping(value)) return mapping_content(value);
     Content content = spelled(value);
     content.value = &value;
     return content;
@@ -236,7 +236,10 @@ Content block(const Block& block) {
     map.add("when", block.when);
     map.add("period", block.period);
     map.add("offset", block.offset);
-    for (const Setting& setting : block.settings) map.add(setting.name, expression(setting.value));
+    for (const Setting& setting : block.settings)
+        map.add(setting.name, has_chart(block) && setting.name == chart_setting && is_mapping(setting.value)
+                                  ? mapping_content(setting.value)
+                                  : expression(setting.value));
     if (block.system) add_system(map, *block.system, true);
     return map.build(!block.system);
 }

@@ -50,7 +50,7 @@ template <class T, class L, class N> class Step : public Present<T, L, N> {
         Base::x_, Base::entry_, Base::last_, Base::left_, Base::cells_, Base::due_, Base::pending_,
         Base::raised_, Base::time_of_, Base::fresh_, Base::is_wanted_, Base::is_default_, Base::content_,
         Base::chosen_, Base::queue_, Base::chosen_count_, Base::queued_, Base::taken_, Base::microsteps_,
-        Base::event_, Base::is_right_, Base::any_event, Base::no_event;
+        Base::event_, Base::passing_, Base::domain_, Base::is_right_, Base::any_event, Base::no_event;
     // ---- which transitions
 
     bool is_present(int event) const noexcept {
@@ -123,9 +123,11 @@ template <class T, class L, class N> class Step : public Present<T, L, N> {
             for (int i = 0; i < chosen_count_; ++i)
                 if (const int d = of(chosen_[i], domain); d < before && d > next) next = d;
             if (next < 0) break;
+            domain_ = next;
             if (const int child = active_child(next); child != 0) leave_state(child);
             before = next;
         }
+        domain_ = -1, passing_ = 0;
         for (int i = 0; i < chosen_count_; ++i) perform(of(chosen_[i], action), time_of_[i]);
         forget_wishes();
         for (int i = 0; i < chosen_count_; ++i)
@@ -148,6 +150,7 @@ template <class T, class L, class N> class Step : public Present<T, L, N> {
                 done = next;
             }
         }
+        passing_ = s;
         perform(of(s, leave), of(s, leave) == 0 ? N(0) : time_in(s));
         if (its == Kind::compound) {
             if (head(has_history) != 0) last_[c] = left_[c];
@@ -225,6 +228,7 @@ template <class T, class L, class N> class Step : public Present<T, L, N> {
                 const int c = of(around, compound);
                 x_[c] = s, entry_[c] = time_, fresh_[c] = true;
             }
+            passing_ = s;
             perform(of(s, entry), 0);
             if (is_default_[s]) perform(of(s, begin_action), 0);
             perform(content_[s], 0);
@@ -233,6 +237,7 @@ template <class T, class L, class N> class Step : public Present<T, L, N> {
             const int above = of(around, parent);
             if (kind_of(above) == Kind::parallel && are_final(above)) raise(of(above, done_event));
         }
+        passing_ = 0;
     }
     /// Is each region in a final state?
     bool are_final(int s) const noexcept {

@@ -125,6 +125,7 @@ template <class T, class L, class N> class Present {
         while (s != 0) {
             const int around = of(s, parent);
             if (kind_of(around) == Kind::compound) return x_[of(around, compound)] == N(s);
+            if (is_out(s)) return false;
             s = around;
         }
         return true;
@@ -151,6 +152,11 @@ template <class T, class L, class N> class Present {
         for (int child = of(s, first_child); child != 0; child = of(child, next_sibling))
             if (of(child, first_child) != 0) return true;
         return false;
+    }
+    /// Is this region of a parallel state left already, or not yet entered, while actions of `passing_` run?
+    /// States are entered in the document's order and left in the opposite one.
+    bool is_out(int s) const noexcept {
+        return passing_ > 0 && s > passing_ && (domain_ < 0 ? is_wanted_[s] : is_below(s, domain_));
     }
     bool is_below(int s, int around) const noexcept { return s > around && s <= of(around, last_descendant); }
     N time_in(int s) const noexcept {
@@ -228,6 +234,8 @@ template <class T, class L, class N> class Present {
     bool fresh_[most_compounds], is_wanted_[most_states + 1], is_default_[most_states + 1];
     int content_[most_states + 1], chosen_[most_chosen], queue_[most_queued];
     int chosen_count_ = 0, queued_ = 0, taken_ = 0, microsteps_ = 0, event_ = no_event;
+    int passing_ = 0,
+        domain_ = -1; // the state that is entered or left; below which states are left, -1: none
     bool is_right_ = true;
 };
 

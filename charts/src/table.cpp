@@ -336,6 +336,7 @@ class Lowering : public Tree {
     std::vector<Way> ways(int s, std::size_t i) {
         std::vector<Way> all;
         std::vector<int> through;
+        bool are_too_many = false;
         const std::string where = transition_name(s, i);
         const std::function<void(Way, int, const Transition&)> follow = [&](Way way, int from,
                                                                             const Transition& t) {
@@ -345,9 +346,8 @@ class Lowering : public Tree {
                 std::ranges::any_of(way.to, [&](int to) { return kind(to) == Kind::junction; });
             if (!joins) {
                 if (all.size() < most_ways) return all.push_back(std::move(way));
-                if (all.size() == most_ways)
-                    refuse(where + ": more than 1000 ways lead through its junctions");
-                return;
+                are_too_many = true;
+                return refuse(where + ": more than 1000 ways lead through its junctions");
             }
             const int junction = way.to[0];
             if (way.to.size() > 1) return refuse(where + ": leads to a junction and to other states");
@@ -360,7 +360,8 @@ class Lowering : public Tree {
                                               "one to the junction does");
                 if (next.to.empty())
                     refuse(called(junction) + ": a transition that leaves a junction needs a `to`");
-                if (all.size() <= most_ways) follow(way, junction, next);
+                if (are_too_many) return;
+                follow(way, junction, next);
             }
             through.pop_back();
         };
@@ -530,7 +531,10 @@ class Lowering : public Tree {
             if (goals.empty() && is_compound(s)) goals = {node(s).children[0]};
             const int around = is_compound(s) ? s : node(s).parent;
             for (const int goal : goals)
-                if (!is_below(goal, around) || kind(goal) == Kind::junction)
+                if (is_history(kind(s)) && is_history(kind(goal)))
+                    refuse(where + " is a history and leads to " + called(goal) +
+                           ", which is one, too; name a state");
+                else if (!is_below(goal, around) || kind(goal) == Kind::junction)
                     refuse(where + ", initial: " + called(goal) + " is no state inside of " + called(around));
             check_goals(goals, where + ", initial");
             row[k::targets] = list(goals);

@@ -119,6 +119,31 @@ TEST(Charts, RegionsRunAtOnceAndTellEachOther) {
         << "walk.left.stance is called by as much of its path as no other state has";
 }
 
+TEST(Charts, AnEventOfWhatAStateDoesIsTakenInTheSameStepOfARunToCompletion) {
+    Machine m = machine(R"({"run_to_completion": true, "states": {
+        "a": {"during": "raise e", "transitions": [{"to": "b", "on": "e"}]}, "b": {}}})");
+    EXPECT_TRUE(m.step(0));
+    EXPECT_EQ(m.names(), "a") << "nothing is done in the step of the entry";
+    EXPECT_TRUE(m.step(0.1));
+    EXPECT_EQ(m.names(), "b");
+}
+
+TEST(Charts, WaysWithoutNumberAndHistoriesWithoutEndAreRefused) {
+    std::string text = R"({"states": {"s": {"transitions": [{"to": "j0"}]}, "j40": {})";
+    for (int i = 0; i < 40; ++i) {
+        const std::string next = "{\"to\": \"j" + std::to_string(i + 1) + "\"";
+        text += ", \"j" + std::to_string(i) + "\": {\"junction\": true, \"transitions\": [" + next +
+                ", \"if\": \"p > 1\"}, " + next + "}]}";
+    }
+    text += R"(}, "parameters": ["p"]})";
+    EXPECT_NE(refusal(text).find("more than 1000 ways lead through its junctions"), std::string::npos)
+        << refusal(text);
+    EXPECT_NE(refusal(R"({"states": {"s": {"transitions": [{"to": "h"}]},
+        "p": {"states": {"a": {}, "h": {"history": "shallow", "to": "h"}}}}})")
+                  .find("is a history and leads to"),
+              std::string::npos);
+}
+
 TEST(Charts, RegionsAreActiveFromTheirEntryUntilTheyAreLeft) {
     Machine m = machine(R"({"variables": ["around", "first", "second", "last", "left"], "states": {
         "on": {"entry": "around = r1 + 2*r2", "exit": "left = r1 + 2*r2", "transitions": [{"to": "off", "after": 0.1}],

@@ -174,11 +174,13 @@ class Writer {
         return text + indent + "</" + name + ">\n";
     }
 
+    /// The wires of a model carry numbers as they are.
     static std::string wire(const Wire& its, const std::string& indent) {
         std::string text = indent + "<ssd:Connection" + optional_attribute("startElement", its.from_element) +
                            attribute("startConnector", its.from) +
                            optional_attribute("endElement", its.to_element) +
-                           attribute("endConnector", its.to);
+                           attribute("endConnector", its.to) +
+                           attribute("suppressUnitConversion", "true");
         if (its.xs.empty()) return text + "/>\n";
         return text + "><ssd:ConnectionGeometry" + attribute("pointsX", list_of(its.xs)) +
                attribute("pointsY", list_of(its.ys)) + "/></ssd:Connection>\n";

@@ -152,6 +152,13 @@ with tempfile.TemporaryDirectory() as folder:
     assert re.findall('name="([^"]*)"><ssv:Float64 value="([^"]*)"', values) == [
         ("controller.Gain.Kp", "0.75"), ("vectors.A", "1 0.75 3 4")], values
     assert 'implementation="ModelExchange"' in document and '<element period="0.02"/>' in document, document
+    # Wires of a model carry numbers as they are, whatever units their ends have.
+    mixed = folder / "mixed.yaml"
+    mixed.write_text(SYSTEM.replace("inputs: [reference]", "inputs: {reference: {unit: rad/s}}").replace(
+        "inputs: [voltage]", "inputs: {voltage: {unit: V}}").replace("outputs: [speed, more]", "outputs: {speed: {unit: m}, more: {unit: K}}"))
+    run(bf, "export-ssp", mixed, "-o", folder / "mixed.ssp", "--plugin-path", fmus, "--set", "k=0.75")
+    count, largest, first = compare(got, recorded(folder / "mixed.ssp", "--inputs", inputs))
+    assert count > 800 and largest == 0, (count, largest, first)
     # Other verbs take it as well, and its parameters may be changed.
     run(bf, "check", system)
     slower = recorded(system, "--inputs", inputs, "--set", "controller.Gain_Kp=0.1")

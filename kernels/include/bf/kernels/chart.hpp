@@ -40,6 +40,7 @@ template <class T, class L, class N> class Step : public Present<T, L, N> {
             microstep();
         }
         stay(0);
+        if (head(completes) != 0) settle(); // what these raise
         return is_right_;
     }
 

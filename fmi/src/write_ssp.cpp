@@ -179,8 +179,7 @@ class Writer {
         std::string text = indent + "<ssd:Connection" + optional_attribute("startElement", its.from_element) +
                            attribute("startConnector", its.from) +
                            optional_attribute("endElement", its.to_element) +
-                           attribute("endConnector", its.to) +
-                           attribute("suppressUnitConversion", "true");
+                           attribute("endConnector", its.to) + attribute("suppressUnitConversion", "true");
         if (its.xs.empty()) return text + "/>\n";
         return text + "><ssd:ConnectionGeometry" + attribute("pointsX", list_of(its.xs)) +
                attribute("pointsY", list_of(its.ys)) + "/></ssd:Connection>\n";

@@ -21,6 +21,7 @@ import { Samples, type Track } from "./samples.ts";
 import { Stage } from "./stage.svelte.ts";
 import { choose, chosen, colours, type Choice, type Colours } from "./theme.ts";
 import { Transport } from "./transport.svelte.ts";
+import { Tuning } from "./tuning.svelte.ts";
 
 export type Show = "sizes" | "types" | "rates" | "units";
 type Part = "run" | "model";
@@ -77,10 +78,6 @@ export class Session {
   unknown = $state.raw<ReadonlySet<string>>(new Set());
   samples = new Samples();
   sampled = $state(0); // grows with what `samples` has
-  private wished = $state.raw<ReadonlyMap<string, number[]>>(new Map()); // values that are asked for
-  /** What the run has otherwise than the model, and what a slider is being drawn to. */
-  readonly tuned: ReadonlyMap<string, number[]> = $derived(
-    new Map([...this.run.tuned.map(({ name, values }) => [name, values] as const), ...this.wished]));
   /** Branches that are shown besides the one that goes on. */
   compared = $state.raw<ReadonlySet<number>>(new Set());
 
@@ -92,6 +89,10 @@ export class Session {
   readonly recordings: Recordings;
   readonly refinement: Refinement;
   readonly drafts = new Drafts();
+  readonly tuning = new Tuning(() => this.run, async (name, values) => {
+    const state = await this.ask("tune", { name, values }, "run");
+    if (state) this.take_run(state);
+  });
   readonly transport = new Transport(() => this.run, () => this.connection === "open", (action, given) => this.command(action, given));
   private asked_panels = "";
   private readonly client: Client;
@@ -103,7 +104,6 @@ export class Session {
   private is_stale = false;
   private drawn = ""; // what the newest drawing was asked for
   private clipboard = "";
-  private is_tuning = false;
   private edits_under_way = 0;
   private has_run = false;
 
@@ -687,18 +687,4 @@ export class Session {
     this.watch(...sources);
   }
   source_of(wire: Element): string { return joined(this.system, wire.from); }
-
-  /** The newest values of each name win; one request at a time. */
-  async tune(name: string, values: number[]): Promise<void> {
-    this.wished = new Map([...this.wished, [name, values]]);
-    if (this.is_tuning) return;
-    this.is_tuning = true;
-    while (this.wished.size > 0) {
-      const [next, wanted] = this.wished.entries().next().value!;
-      const state = await this.ask("tune", { name: next, values: wanted }, "run");
-      if (state) this.take_run(state);
-      if (this.wished.get(next) === wanted) this.wished = new Map([...this.wished].filter(([other]) => other !== next));
-    }
-    this.is_tuning = false;
-  }
 }

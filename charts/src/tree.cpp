@@ -78,6 +78,21 @@ void Tree::number(const State& root) {
     if (compounds > k::most_compounds)
         refuse("the chart has " + std::to_string(compounds) + " states with states inside; " +
                std::to_string(k::most_compounds) + " are the most");
+    // Each of them may choose a transition in the same step.
+    if (const int at_once = innermost_at_once(0); at_once > k::most_chosen)
+        refuse("the chart has " + std::to_string(at_once) +
+               " states without states inside that can be active at once; " +
+               std::to_string(k::most_chosen) + " are the most, join regions");
+}
+
+int Tree::innermost_at_once(int s) const {
+    int sum = 0, most = 1;
+    for (const int child : node(s).children) {
+        const int its = innermost_at_once(child);
+        sum += its;
+        most = std::max(most, its);
+    }
+    return kind(s) == Kind::parallel ? std::max(sum, 1) : most;
 }
 
 void Tree::names() {

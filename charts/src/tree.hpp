@@ -59,6 +59,8 @@ class Tree {
 
   private:
     void number(const State& root);
+    /// How many states without states inside can be active at once.
+    int innermost_at_once(int s) const;
     void names();
     void check_structure();
 };

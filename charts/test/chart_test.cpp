@@ -250,6 +250,26 @@ TEST(Charts, NameWhatIsWrongWithStateAndTransition) {
         "state 'a', entry: an `if` has no `end`");
 }
 
+TEST(Charts, ChooseNoMoreTransitionsAtOnceThanAStepHasPlacesFor) {
+    const auto parallel = [](int count) {
+        std::string regions;
+        for (int i = 0; i < count; ++i)
+            regions += (i > 0 ? ", \"r" : "\"r") + std::to_string(i) +
+                       R"(": {"states": {"a": {"transitions": ["b"]}, "b": {}}})";
+        return "{\"regions\": {" + regions + "}}";
+    };
+    Machine most = machine("{\"states\": {\"p\": " + parallel(32) + "}}");
+    EXPECT_TRUE(most.step(0));
+    for (std::size_t r = 1; r < most.state.size(); ++r)
+        EXPECT_EQ(most.table.states[static_cast<std::size_t>(most.state[r]) - 1],
+                  "r" + std::to_string(r - 1) + ".b");
+    EXPECT_EQ(refusal("{\"states\": {\"p\": " + parallel(33) + "}}"),
+              "the chart has 33 states without states inside that can be active at once; 32 are the most, "
+              "join regions");
+    EXPECT_EQ(refusal("{\"states\": {\"p\": " + parallel(20) + ", \"q\": " + parallel(20) + "}}"), "nothing")
+        << "of states that are never active at once the larger number counts";
+}
+
 TEST(Charts, AreNotDeeperThanTheirReader) {
     std::string deep = "{}";
     for (int i = 0; i < 5000; ++i) deep = "{\"states\": {\"a\": " + deep + "}}";

@@ -68,16 +68,17 @@ class Lowering : public Tree {
                 note(state.transitions[i].action, transition_name(s, i));
         }
         // Who finishes tells so, where somebody listens.
-        std::vector<std::string> finished;
-        for (int s = 1; s <= real_; ++s)
-            if (is_compound(s) || kind(s) == Kind::parallel) {
-                const std::string event = "done.state." + node(s).state->name;
-                for (const auto& other : nodes_)
-                    for (const auto& t : other.state->transitions)
-                        for (const auto& wanted : t.events)
-                            if (matches(wanted, event) && !events_.contains(event))
-                                events_.emplace(event, static_cast<int>(events_.size()) + 1);
-            }
+        std::vector<std::string> awaited;
+        for (const auto& each : nodes_)
+            for (const auto& t : each.state->transitions)
+                awaited.insert(awaited.end(), t.events.begin(), t.events.end());
+        for (int s = 1; s <= real_; ++s) {
+            if (!is_compound(s) && kind(s) != Kind::parallel) continue;
+            const std::string event = "done.state." + node(s).state->name;
+            if (events_.contains(event) ||
+                std::ranges::any_of(awaited, [&](const auto& wanted) { return matches(wanted, event); }))
+                add_event(event, called(s));
+        }
         if (events_.size() > k::most_events)
             refuse("the chart has " + std::to_string(events_.size()) + " events; " +
                    std::to_string(k::most_events) + " are the most");

@@ -3,6 +3,7 @@
 #include "actions.hpp"
 #include "tree.hpp"
 
+#include "bf/base/numbers.hpp"
 #include "bf/kernels/chart.hpp"
 #include "bf/matlab/formula.hpp"
 
@@ -194,6 +195,19 @@ class Lowering : public Tree {
             reads.element = std::max(reads.element, index + 1);
         return {double(Operation::fixed), double(slot.slot - cells_end), double(index)};
     }
+    /// A time that the formula alone gives has to be `above` 0, or at least 0.
+    void check_time(const std::vector<double>& code, bool is_above, const std::string& where) {
+        for (std::size_t i = 0; i < code.size(); i += 3)
+            if (code[i] == double(Operation::parameter) || code[i] == double(Operation::fixed)) return;
+        if (code.empty()) return; // it is refused already
+        const kernels::View<const double> instructions(code.data(), static_cast<int>(code.size())),
+            none(nullptr, 0);
+        const double time = kernels::Expression::value(
+            instructions, none, kernels::ListView<const double>(nullptr, 0), 0, [](Operation, auto, auto) {});
+        if (is_above ? !(time > 0) : !(time >= 0))
+            refuse(where + " is " + number_text(time) + ", but must " +
+                   (is_above ? "be more than 0" : "not be negative"));
+    }
     static void push(std::vector<double>& code, Operation operation, double operand = 0) {
         code.insert(code.end(), {double(operation), operand, 0});
     }
@@ -226,6 +240,7 @@ class Lowering : public Tree {
             }
             if (!part->every.empty()) { // the number of periods is another one than a step before, and not 0
                 const auto T = program(part->every, s, where + ", every");
+                check_time(T, true, where + ": the period `every`");
                 std::vector<double> hits;
                 push_time(hits);
                 append(hits, T);
@@ -274,9 +289,12 @@ class Lowering : public Tree {
                     add(k::Action::assign, variable(statement.name, where), formula(statement.formula));
                     break;
                 case What::raise: add(k::Action::raise, events_.at(statement.name)); break;
-                case What::send:
-                    add(k::Action::send, timer(statement.name), formula(statement.formula));
+                case What::send: {
+                    const auto delay = program(statement.formula, s, where);
+                    check_time(delay, false, where + ": the delay of '" + statement.name + "'");
+                    add(k::Action::send, timer(statement.name), list(delay));
                     break;
+                }
                 case What::cancel:
                     if (!events_.contains(statement.name))
                         refuse(where + ": nothing sends the event '" + statement.name +

@@ -81,8 +81,8 @@ void Tree::number(const State& root) {
     // Each of them may choose a transition in the same step.
     if (const int at_once = innermost_at_once(0); at_once > k::most_chosen)
         refuse("the chart has " + std::to_string(at_once) +
-               " states without states inside that can be active at once; " +
-               std::to_string(k::most_chosen) + " are the most, join regions");
+               " states without states inside that can be active at once; " + std::to_string(k::most_chosen) +
+               " are the most, join regions");
 }
 
 int Tree::innermost_at_once(int s) const {

@@ -245,9 +245,17 @@ TEST(Charts, NameWhatIsWrongWithStateAndTransition) {
               "state 'a', transition 1 (to 'x1 x2'): state 'p.x.x1' and state 'p.x.x2' are never active at "
               "once; goals "
               "lie in different regions");
-    EXPECT_EQ(refusal(R"({"events": ["done.state.a"], "states": {"a": {"states": {"b": {"final": true}}}}})"),
-              "state 'a': 'done.state.a' is an input, which the chart cannot raise; give its own event another "
-              "name");
+    for (const std::string period : {"0", "-1", "2 - 3"})
+        EXPECT_EQ(
+            refusal(R"({"states": {"a": {"transitions": [{"to": "a", "every": ")" + period + R"("}]}}})"),
+            "state 'a', transition 1 (to 'a'): the period `every` is " +
+                std::string(period == "0" ? "0" : "-1") + ", but must be more than 0");
+    EXPECT_EQ(refusal(R"({"states": {"a": {"entry": "send e after -1"}}})"),
+              "state 'a', entry: the delay of 'e' is -1, but must not be negative");
+    EXPECT_EQ(
+        refusal(R"({"events": ["done.state.a"], "states": {"a": {"states": {"b": {"final": true}}}}})"),
+        "state 'a': 'done.state.a' is an input, which the chart cannot raise; give its own event another "
+        "name");
     EXPECT_EQ(
         refusal(R"({"states": {"a": {"transitions": [{"after": 1}], "entry": "if n"}}, "variables": ["n"]})"),
         "state 'a', entry: an `if` has no `end`");

@@ -97,6 +97,17 @@ bool is_identifier(const std::string& text, bool may_have_dots) {
     return text.back() != '.';
 }
 
+std::string bare_event(std::string wanted) {
+    if (wanted.ends_with(".*")) wanted.resize(wanted.size() - 2);
+    if (wanted.ends_with('.')) wanted.pop_back();
+    return wanted;
+}
+
+bool matches(const std::string& wanted, const std::string& event) {
+    const std::string bare = bare_event(wanted);
+    return wanted == "*" || event == bare || event.starts_with(bare + ".");
+}
+
 std::vector<Statement> statements_of(const std::string& action) {
     std::vector<Statement> statements;
     std::vector<bool> had_else; // of the open ifs

@@ -19,6 +19,12 @@ std::vector<Statement> statements_of(const std::string& action);
 /// Where an assignment's or event's name stands alone: letters, digits and `_`, for events `.`, too.
 bool is_identifier(const std::string& text, bool may_have_dots = false);
 
+/// `a` is meant by a, a. and a.*
+std::string bare_event(std::string wanted);
+
+/// `a.b` happens also where `a` is awaited, and each event where `*` is.
+bool matches(const std::string& wanted, const std::string& event);
+
 std::string trimmed(const std::string& text);
 
 } // namespace bf::charts

@@ -174,7 +174,7 @@ class XmlReader {
         const std::string name = e.name;
         if (depth > deepest) return refuse(e, "its elements are nested too deeply");
         if (name == "raise") {
-            action += "raise " + e.attribute("event") + "\n";
+            action += "raise " + raised(e) + "\n";
         } else if (name == "assign") {
             refuse_attributes(e, {"location", "expr"});
             action += e.attribute("location") + " = " + formula(e.attribute("expr")) + "\n";
@@ -197,10 +197,15 @@ class XmlReader {
             refuse(e, "it is not read here");
         }
     }
+    std::string raised(const Element& e) {
+        const std::string event = e.attribute("event");
+        if (event.empty()) refuse(e, "it has no event; write event=\"NAME\"");
+        raised_.insert(event);
+        return event;
+    }
     void send(const Element& e, std::string& action) {
         refuse_attributes(e, {"event", "delay", "id", "target", "type"});
-        const std::string event = e.attribute("event"), target = e.attribute("target"),
-                          delay = e.attribute("delay");
+        const std::string event = raised(e), target = e.attribute("target"), delay = e.attribute("delay");
         if (target == "#_internal") {
             action += "raise " + event + "\n";
             return;
@@ -224,37 +229,27 @@ class XmlReader {
     // ---- events
 
     void find_events(Chart& chart) {
-        std::set<std::string> raised;
         Texts awaited;
-        visit(chart.root, raised, awaited);
-        for (std::string event : awaited) {
-            if (event.ends_with(".*")) event.resize(event.size() - 2);
-            if (event.ends_with('.')) event.pop_back();
-            const bool is_own = event == "*" || event == "done" || event.starts_with("done.") ||
-                                std::ranges::any_of(raised, [&](const auto& other) {
-                                    return other == event || other.starts_with(event + ".");
-                                });
+        visit(chart.root, awaited);
+        for (const auto& wanted : awaited) {
+            const std::string event = bare_event(wanted);
+            const bool is_own =
+                event == "*" || matches("done", event) ||
+                std::ranges::any_of(raised_, [&](const auto& own) { return matches(event, own); });
             if (!is_own && std::ranges::find(chart.events, event) == chart.events.end())
                 chart.events.push_back(event);
         }
     }
-    static void visit(const State& state, std::set<std::string>& raised, Texts& awaited) {
-        const auto note = [&](const std::string& action) {
-            std::istringstream lines(action);
-            for (std::string line, word; std::getline(lines, line);)
-                if (line.starts_with("raise ") || line.starts_with("send ")) raised.insert(words(line)[1]);
-        };
-        for (const auto* action : {&state.entry, &state.exit, &state.begin}) note(*action);
-        for (const auto& t : state.transitions) {
-            note(t.action);
+    static void visit(const State& state, Texts& awaited) {
+        for (const auto& t : state.transitions)
             awaited.insert(awaited.end(), t.events.begin(), t.events.end());
-        }
-        for (const auto& inner : state.states) visit(inner, raised, awaited);
+        for (const auto& inner : state.states) visit(inner, awaited);
     }
 
     std::string file_, where_; ///< the file, and the state that is read
     std::vector<std::string> problems_;
     std::map<std::string, std::string> sends_; ///< events by the ids of their elements
+    std::set<std::string> raised_;
     int unnamed_ = 0;
 };
 

@@ -91,13 +91,6 @@ class Lowering : public Tree {
             refuse(where + ": '" + name +
                    "' is an input, which the chart cannot raise; give its own event another name");
     }
-    /// `a` is meant by a, a. and a.*; `a.b` happens also where `a` is awaited.
-    static bool matches(std::string wanted, const std::string& event) {
-        if (wanted == "*") return true;
-        if (wanted.ends_with(".*")) wanted.resize(wanted.size() - 2);
-        if (wanted.ends_with('.')) wanted.pop_back();
-        return event == wanted || event.starts_with(wanted + ".");
-    }
     int event_list(const std::vector<std::string>& wanted, const std::string& where) {
         if (wanted.empty()) return 0;
         std::vector<double> all;

@@ -288,6 +288,10 @@ TEST(Scxml, RefusesWhatItDoesNotRead) {
     EXPECT_EQ(file_refusal(
                   "<scxml><state id='a'><onentry><send event='x' delay='soon'/></onentry></state></scxml>"),
               ", <send> in state 'a': <send> has the delay 'soon'; write seconds, '1.5s', or '20ms'");
+    EXPECT_EQ(file_refusal("<scxml><state id='a'><onentry><raise/></onentry><onexit><send id='x'/></onexit>"
+                           "</state></scxml>"),
+              ", <raise> in state 'a': it has no event; write event=\"NAME\"\n"
+              ", <send> in state 'a': it has no event; write event=\"NAME\"");
     EXPECT_EQ(file_refusal("<scxml><state id='a'>"), ":1: the file is no XML: unexpected end of data");
     EXPECT_EQ(file_refusal("<a/>"), ", <a>: the file is no SCXML; it begins with <scxml>");
     std::string deep;

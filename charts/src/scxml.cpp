@@ -7,6 +7,8 @@
 
 #include <algorithm>
 #include <boost/property_tree/xml_parser.hpp>
+#include <cctype>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -253,19 +255,45 @@ class XmlReader {
     int unnamed_ = 0;
 };
 
+/// Where the mark-up that begins here ends, as the parser sees it: values of attributes may have a '>'.
+std::size_t end_of_markup(const std::string& text, std::size_t at, const std::string& file) {
+    constexpr const char* pairs[][2] = {{"<!--", "-->"}, {"<![CDATA[", "]]>"}, {"<?", "?>"}};
+    for (const auto& [begin, end] : pairs)
+        if (const std::size_t size = std::strlen(begin); text.compare(at, size, begin) == 0)
+            return text.find(end, at + size);
+    if (text[at + 1] == '!') {
+        const std::size_t end = text.find('>', at);
+        if (text.find('[', at) < end)
+            throw Refused({file + ": it declares a type of document, which is not read here"});
+        return end;
+    }
+    bool has_blank = false; // an attribute comes behind one
+    char quote = 0, last = '<';
+    for (; at < text.size(); ++at) {
+        const char c = text[at];
+        if (quote != 0)
+            quote = c == quote ? '\0' : quote;
+        else if ((c == '"' || c == '\'') && has_blank && last == '=')
+            quote = c;
+        else if (c == '>')
+            return at;
+        if (std::isspace(static_cast<unsigned char>(c)) != 0)
+            has_blank = true;
+        else
+            last = c;
+    }
+    return text.npos;
+}
+
 /// Parsers call themselves for each element within another one.
 void hold_to_depth(const std::string& text, const std::string& file) {
     int depth = 0;
-    for (std::size_t i = text.find('<'); i != text.npos && i + 1 < text.size(); i = text.find('<', i + 1)) {
+    for (std::size_t i = text.find('<'); i != text.npos && i + 1 < text.size(); i = text.find('<', i)) {
         const char next = text[i + 1];
-        if (text.compare(i, 4, "<!--") == 0) {
-            i = std::min(text.find("-->", i), text.size() - 1);
-            continue;
-        }
-        const std::size_t end = std::min(text.find('>', i), text.size() - 1);
+        i = std::min(end_of_markup(text, i, file), text.size() - 1);
         if (next == '/')
             --depth;
-        else if (next != '?' && next != '!' && text[end - 1] != '/')
+        else if (next != '?' && next != '!' && text[i - 1] != '/')
             ++depth;
         if (depth > 2 * deepest) throw Refused({file + ": its elements are nested too deeply"});
     }

@@ -279,6 +279,14 @@ TEST(Scxml, EventsThatNobodyRaisesAreInputs) {
     EXPECT_TRUE(chart.is_completed);
 }
 
+TEST(Scxml, ReadsTagsWithMarksOfTagsBetweenQuotes) {
+    std::string states;
+    for (int i = 0; i < 300; ++i)
+        states +=
+            "<state id='s" + std::to_string(i) + "'><transition cond=\"time > 1\" target='s0'/></state>";
+    EXPECT_EQ(file_refusal("<scxml>" + states + "</scxml>"), "nothing");
+}
+
 TEST(Scxml, RefusesWhatItDoesNotRead) {
     EXPECT_EQ(file_refusal("<scxml><state id='a'><invoke/></state></scxml>"),
               ", <invoke> in state 'a': it is not read here");
@@ -297,6 +305,14 @@ TEST(Scxml, RefusesWhatItDoesNotRead) {
     std::string deep;
     for (int i = 0; i < 100'000; ++i) deep += "<a>";
     EXPECT_EQ(file_refusal(deep), ": its elements are nested too deeply");
+    for (const std::string hides :
+         {"<!--></a>-->", "<![CDATA[</a>]]>", "<?a </a>?>", "<?a '?>", "<a'/>", "<b x='</a>'/>"}) {
+        std::string hidden; // what parsers do not take for an element's end
+        for (int i = 0; i < 100'000; ++i) hidden += "<a>" + hides;
+        EXPECT_EQ(file_refusal(hidden), ": its elements are nested too deeply") << hides;
+    }
+    EXPECT_EQ(file_refusal("<!DOCTYPE a [</a>]><a/>"),
+              ": it declares a type of document, which is not read here");
     EXPECT_THROW(read_scxml("/nowhere/chart.scxml"), Refused);
 }
 

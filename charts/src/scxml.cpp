@@ -121,15 +121,19 @@ class XmlReader {
         if (depth > deepest) return refuse(e, "its elements are nested too deeply");
         if (name == "state" || name == "parallel" || name == "final" || name == "history")
             return state(e, around, depth);
-        if (name == "onentry") return contents(e, around.entry, 0);
-        if (name == "onexit") return contents(e, around.exit, 0);
-        if (name == "transition") return transition(e, around);
-        if (name == "initial")
-            return e.each([&](const Element& t) {
-                around.initial = names(t.attribute("target"));
-                contents(t, around.begin, 0);
-            });
+        if (name == "initial") return begin(e, around);
+        const bool is_in_state = depth > 0;
+        if (is_in_state && name == "onentry") return contents(e, around.entry, 0);
+        if (is_in_state && name == "onexit") return contents(e, around.exit, 0);
+        if (is_in_state && name == "transition") return transition(e, around);
         refuse(e, "it is not read here");
+    }
+    /// The way from a state to the one that begins in it, or from a history.
+    void begin(const Element& e, State& from) {
+        e.each([&](const Element& t) {
+            from.initial = names(t.attribute("target"));
+            contents(t, from.begin, 0);
+        });
     }
     void state(const Element& e, State& around, int depth) {
         using Kind = State::Kind;
@@ -142,10 +146,7 @@ class XmlReader {
         if (name == "final") made.kind = Kind::final;
         if (name == "history") {
             made.kind = e.attribute("type") == "deep" ? Kind::deep_history : Kind::shallow_history;
-            e.each([&](const Element& t) {
-                made.initial = names(t.attribute("target"));
-                contents(t, made.begin, 0);
-            });
+            begin(e, made);
         } else {
             const std::string around_it = std::exchange(where_, made.name);
             e.each([&](const Element& inner) { child(inner, made, depth + 1); });

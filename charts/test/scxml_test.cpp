@@ -290,6 +290,10 @@ TEST(Scxml, ReadsTagsWithMarksOfTagsBetweenQuotes) {
 TEST(Scxml, RefusesWhatItDoesNotRead) {
     EXPECT_EQ(file_refusal("<scxml><state id='a'><invoke/></state></scxml>"),
               ", <invoke> in state 'a': it is not read here");
+    EXPECT_EQ(
+        file_refusal("<scxml><state id='a'/><onentry/><onexit/><transition event='e' target='a'/></scxml>"),
+        ", <onentry>: it is not read here\n, <onexit>: it is not read here\n"
+        ", <transition>: it is not read here");
     EXPECT_EQ(file_refusal("<scxml datamodel='ecmascript'><state id='a'/></scxml>"),
               ", <scxml>: its data model is 'ecmascript'; write formulas of this project, and "
               "datamodel=\"matlab\"");

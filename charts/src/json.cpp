@@ -1,6 +1,7 @@
 #include "actions.hpp"
 #include "tree.hpp"
 
+#include "bf/base/escape.hpp"
 #include "bf/base/numbers.hpp"
 #include "bf/charts/chart.hpp"
 
@@ -22,38 +23,33 @@ class JsonReader {
 
     Chart chart(const Json& json, const std::string& folder) {
         Chart chart;
-        std::string file;
         const std::string what = "the chart";
-        each(json, what,
-             {"file", "inputs", "events", "parameters", "variables", "outputs", "run_to_completion",
-              "initial", "begin", "states"},
-             [&](const std::string& key, const Json& value) {
-                 if (key == "file") file = text(value, what, key);
-             });
+        const std::string file = json.contains("file") ? text(json["file"], what, "file") : "";
         if (!file.empty()) {
             if (json.contains("states") || json.contains("initial"))
                 problems.push_back("the chart has a 'file' and states; the states stand in the file");
             chart = read_scxml(file.front() == '/' ? file : folder + (folder.empty() ? "" : "/") + file);
         }
-        if (!json.is_object()) return chart;
-        for (const auto& [key, value] : json.items()) {
-            if (key == "inputs") chart.inputs = texts(value, what, key);
-            if (key == "events") chart.events = texts(value, what, key);
-            if (key == "parameters") chart.parameters = texts(value, what, key);
-            if (key == "outputs") chart.outputs = texts(value, what, key);
-            if (key == "run_to_completion") chart.is_completed = truth(value, what, key);
-            if (key == "initial") chart.root.initial = texts(value, what, key);
-            if (key == "begin") chart.root.begin = action(value, what, key);
-            if (key == "variables") variables(value, chart.variables);
-        }
-        if (json.contains("states")) chart.root.states = states(json["states"], what, false);
+        each(json, what,
+             {"file", "inputs", "events", "parameters", "variables", "outputs", "run_to_completion",
+              "initial", "begin", "states"},
+             [&](const std::string& key, const Json& value) {
+                 if (key == "inputs") chart.inputs = texts(value, what, key);
+                 if (key == "events") chart.events = texts(value, what, key);
+                 if (key == "parameters") chart.parameters = texts(value, what, key);
+                 if (key == "outputs") chart.outputs = texts(value, what, key);
+                 if (key == "run_to_completion") chart.is_completed = truth(value, what, key);
+                 if (key == "initial") chart.root.initial = texts(value, what, key);
+                 if (key == "begin") chart.root.begin = action(value, what, key);
+                 if (key == "variables") variables(value, chart.variables);
+                 if (key == "states") chart.root.states = states(value, what, false);
+             });
         return chart;
     }
 
   private:
     static std::string described(const Json& value) {
-        std::string text = value.is_string() ? "'" + value.get<std::string>() + "'" : value.dump();
-        return text.size() > 60 ? text.substr(0, 57) + "..." : text;
+        return escape::shortened(value.is_string() ? "'" + value.get<std::string>() + "'" : value.dump(), 60);
     }
     void report(const std::string& where, const std::string& key, const Json& value,
                 const std::string& rule) {
@@ -69,11 +65,10 @@ class JsonReader {
         }
         for (const auto& [key, value] : map.items()) {
             if (std::ranges::find(known, key) == known.end()) {
-                std::string all;
-                for (const auto& name : known) all += (all.empty() ? "" : ", ") + name;
                 const std::string near = near_name(key, known);
-                problems.push_back(where + " has no '" + key + "'; " +
-                                   (near.empty() ? "it has " + all : "did you mean '" + near + "'?"));
+                problems.push_back(
+                    where + " has no '" + key + "'; " +
+                    (near.empty() ? "it has " + joined_texts(known, ", ") : "did you mean '" + near + "'?"));
             } else {
                 on_entry(key, value);
             }
@@ -92,9 +87,7 @@ class JsonReader {
         return all;
     }
     std::string action(const Json& value, const std::string& where, const std::string& key) {
-        std::string all;
-        for (const auto& statement : texts(value, where, key)) all += (all.empty() ? "" : "\n") + statement;
-        return all;
+        return joined_texts(texts(value, where, key), "\n");
     }
     bool truth(const Json& value, const std::string& where, const std::string& key) {
         const std::string said = value.is_structured() ? "" : text(value, where, key);
@@ -173,9 +166,7 @@ class JsonReader {
             problems.push_back(where +
                                " has 'states' and 'regions'; regions are active at once, of states one is");
         --depth_;
-        const bool is_history =
-            state.kind == State::Kind::shallow_history || state.kind == State::Kind::deep_history;
-        if (is_history)
+        if (is_history(state.kind))
             state.initial = to;
         else if (!to.empty())
             problems.push_back(where +
@@ -212,7 +203,7 @@ Refused::Refused(std::vector<std::string> problems)
 Chart read(const std::string& text, const std::string& folder) {
     const Json json = Json::parse(text, nullptr, false);
     if (json.is_discarded())
-        throw Refused({"'" + (text.size() > 40 ? text.substr(0, 37) + "..." : text) +
+        throw Refused({"'" + escape::shortened(text, 40) +
                        "' is no chart; write it as a mapping, `chart: {states: {...}}`, or as JSON"});
     JsonReader reader;
     Chart chart = reader.chart(json, folder);

@@ -216,6 +216,15 @@ TEST(Charts, TellsWhereAStepDoesNotEnd) {
 TEST(Charts, NameWhatIsWrongWithStateAndTransition) {
     EXPECT_EQ(refusal("chart"),
               "'chart' is no chart; write it as a mapping, `chart: {states: {...}}`, or as JSON");
+    const auto umlauts = [](int count) {
+        std::string text;
+        for (int i = 0; i < count; ++i) text += "\u00e4";
+        return text;
+    };
+    EXPECT_EQ(refusal("x" + umlauts(60)),
+              "'x" + umlauts(14) + " ... (121 bytes) ... " + umlauts(5) +
+                  "' is no chart; write it as a mapping, `chart: {states: {...}}`, or as JSON")
+        << "no character is cut";
     EXPECT_EQ(refusal("{}"), "the chart has no states; write `states: {idle: {}}`");
     EXPECT_EQ(refusal(R"({"states": {"a": {"entri": "x = 1"}}})"),
               "state 'a' has no 'entri'; did you mean 'entry'?");

@@ -403,6 +403,10 @@ TEST(StateMachine, RefusesStatesAndConditionsThatDoNotExist) {
                   make("StateMachine", {{"transitions", to_1}}).wire("conditions", vector_size(2)).start();
               }),
               "input 'conditions' of size [2] is too short: 'transitions', row 1, names condition 3");
+    EXPECT_EQ(refusal([&] {
+                  make("StateMachine", {{"states", std::vector<std::string>(1001, "s")}});
+              }),
+              "argument 'states': the chart has 1001 states; 1000 are the most");
 }
 
 std::pair<double, bool> check(const char* kind, const Values& u, const Values& limits = {-1e9, 1e9},

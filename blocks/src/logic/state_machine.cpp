@@ -178,15 +178,15 @@ class StateMachine final : public Block {
         }
     }
     charts::Table lower() {
-        if (is_flat)
-            return are_right() ? charts::lower_flat(*states, numbers_of(*transitions))
-                               : charts::lower_flat(*states, {});
-        if (document.root.states.empty() && !declaration().problems.empty())
-            return charts::lower_flat({"idle"}, {});
+        const bool was_read = !document.root.states.empty() || declaration().problems.empty();
         try {
-            return charts::lower(document);
+            if (is_flat)
+                return charts::lower_flat(*states,
+                                          are_right() ? numbers_of(*transitions) : std::vector<double>());
+            if (was_read) return charts::lower(document);
         } catch (const charts::Refused& refused) {
-            for (const auto& text : refused.problems()) problem("argument 'chart': " + text);
+            for (const auto& text : refused.problems())
+                problem(std::string("argument '") + (is_flat ? "states" : "chart") + "': " + text);
         }
         charts::Table wrong = charts::lower_flat({"idle"}, {}); // with the ports that the wiring expects
         wrong.ports = document.inputs;

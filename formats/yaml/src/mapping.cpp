@@ -2,28 +2,11 @@
 
 #include "scalar.hpp"
 
-#include <cstdio>
+#include "bf/base/escape.hpp"
 
 namespace bf::formats {
 
 namespace {
-
-std::string json_text(std::string_view text) {
-    std::string json = "\"";
-    for (const char c : text) {
-        if (c == '"' || c == '\\')
-            json += std::string("\\") + c;
-        else if (c == '\n')
-            json += "\\n";
-        else if (static_cast<unsigned char>(c) < 0x20) {
-            char code[8];
-            std::snprintf(code, sizeof code, "\\u%04x", static_cast<unsigned>(c));
-            json += code;
-        } else
-            json += c;
-    }
-    return json + "\"";
-}
 
 Content content_of(const Node& node) {
     Content content;
@@ -55,13 +38,13 @@ std::string json_of(const Node& node) {
     std::string json;
     switch (node.kind) {
     case Node::Kind::null: return "{}";
-    case Node::Kind::scalar: return json_text(node.text);
+    case Node::Kind::scalar: return escape::python(node.text);
     case Node::Kind::sequence:
         for (const Node& item : node.items) json += (json.empty() ? "" : ", ") + json_of(item);
         return "[" + json + "]";
     case Node::Kind::map:
         for (std::size_t i = 0; i + 1 < node.items.size(); i += 2)
-            json += (json.empty() ? "" : ", ") + json_text(node.items[i].text) + ": " +
+            json += (json.empty() ? "" : ", ") + escape::python(node.items[i].text) + ": " +
                     json_of(node.items[i + 1]);
         return "{" + json + "}";
     }

@@ -190,9 +190,7 @@ std::optional<Value> text_setting(Elaboration& e, const Scope& scope, const mode
         return Value(expression.text);
     // A variable (or a field of one) that holds text goes before its own name; braces make a cell array.
     const std::string head = text.substr(0, text.find_first_of(".({[ "));
-    const bool is_mapping = !is_list && text.starts_with("{\"") && text.find("\":") != text.npos;
-    if (is_mapping) return Value(text); // JSON, as YAML's mappings are kept
-    const bool is_cell = !text.empty() && text.front() == '{';
+    const bool is_cell = is_list && text.starts_with('{');
     if (is_cell || (!head.empty() && scope.variables.contains(head))) {
         const auto value = e.evaluate(expression, scope.variables, path + "." + setting.name);
         return value ? to_value(*value) : std::nullopt;

@@ -211,6 +211,9 @@ TEST(Charts, TellsWhereAStepDoesNotEnd) {
     Machine events = machine(R"({"run_to_completion": true, "variables": ["n"], "states": {
         "a": {"entry": "raise x; raise x", "transitions": [{"on": "x", "do": "raise x; raise x"}]}}})");
     EXPECT_FALSE(events.step(0));
+    Machine timers = machine(R"({"run_to_completion": true, "states": {
+        "a": {"entry": "send tick after 0", "transitions": [{"on": "tick", "do": "send tick after 0"}]}}})");
+    EXPECT_FALSE(timers.step(0)) << "what is sent without a delay is due in the same step";
 }
 
 TEST(Charts, NameWhatIsWrongWithStateAndTransition) {

@@ -118,6 +118,7 @@ template <class T, class L, class N> class Step : public Present<T, L, N> {
 
     void microstep() noexcept {
         if (chosen_count_ == 0) return;
+        is_right_ = is_right_ && ++microsteps_ < most_microsteps;
         // Domains do not overlap; the last one in the document is left first.
         for (int before = most_states + 1;;) {
             int next = -1;
@@ -272,10 +273,10 @@ template <class T, class L, class N> class Step : public Present<T, L, N> {
         settle();
         for (int e = 1; e <= head(event_inputs); ++e)
             if (is_input(e)) answer(e);
-        for (int k = next_due(); k >= 0; k = next_due()) answer(at_(timers_at, k));
+        for (int k = next_due(); k >= 0 && is_right_; k = next_due()) answer(at_(timers_at, k));
     }
     void answer(int event) noexcept {
-        if (is_finished()) return;
+        if (!is_right_ || is_finished()) return;
         event_ = event;
         select();
         microstep();
@@ -291,7 +292,6 @@ template <class T, class L, class N> class Step : public Present<T, L, N> {
                 select();
             }
             microstep();
-            is_right_ = is_right_ && ++microsteps_ < most_microsteps;
         }
     }
     /// The actions of states that stay active, from the outside in.

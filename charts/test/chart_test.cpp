@@ -177,6 +177,17 @@ TEST(Charts, HistoriesRememberAndTimersCount) {
     EXPECT_EQ(seen("shallow"), "a b1 b2 off b1 b2 b2 b2 b2 2");
 }
 
+TEST(Charts, SendAtOnceWhatHasAComputedDelayBelowZero) {
+    for (const double delay : {0., -1.}) {
+        Machine m = machine(R"({"parameters": ["T"], "states": {
+            "a": {"entry": "send e after T", "transitions": [{"to": "b", "on": "e"}]}, "b": {}}})");
+        m.p = {delay};
+        EXPECT_TRUE(m.step(0));
+        EXPECT_TRUE(m.step(0.1));
+        EXPECT_EQ(m.names(), "b") << delay;
+    }
+}
+
 TEST(Charts, EveryCountsPeriodsWhateverTheStep) {
     for (const double T : {0.1, 0.3, 0.25, 0.7}) {
         Machine m = machine(R"({"parameters": ["T"], "variables": ["n"], "states": {

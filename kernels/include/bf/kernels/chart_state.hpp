@@ -196,7 +196,11 @@ template <class T, class L, class N> class Present {
             switch (static_cast<Action>(at(what))) {
             case Action::assign: cells_[a] = value(b); break;
             case Action::raise: raise(a); break;
-            case Action::send: due_[a] = time_ + value(b); break;
+            case Action::send: {
+                const N delay = value(b);
+                due_[a] = delay > N(0) ? time_ + delay : time_; // below 0 would be no timer
+                break;
+            }
             case Action::cancel: due_[a] = -1; break;
             case Action::jump_unless:
                 if (!(value(b) != N(0))) i = a;

@@ -48,10 +48,10 @@ template <class T, class L, class N> class Step : public Present<T, L, N> {
     using Base::at, Base::at_, Base::of, Base::head, Base::kind_of, Base::active_child, Base::child_of,
         Base::time_in, Base::is_fresh, Base::is_below, Base::is_finished, Base::value, Base::set_cells,
         Base::perform, Base::raise, Base::next_due, Base::table_, Base::u_, Base::time_, Base::period_,
-        Base::x_, Base::entry_, Base::last_, Base::left_, Base::cells_, Base::due_, Base::pending_,
-        Base::raised_, Base::time_of_, Base::fresh_, Base::is_wanted_, Base::is_default_, Base::content_,
-        Base::chosen_, Base::queue_, Base::chosen_count_, Base::queued_, Base::taken_, Base::microsteps_,
-        Base::event_, Base::passing_, Base::domain_, Base::is_right_, Base::any_event, Base::no_event;
+        Base::x_, Base::entry_, Base::last_, Base::cells_, Base::due_, Base::pending_, Base::raised_,
+        Base::time_of_, Base::fresh_, Base::is_wanted_, Base::is_default_, Base::content_, Base::chosen_,
+        Base::queue_, Base::chosen_count_, Base::queued_, Base::taken_, Base::microsteps_, Base::event_,
+        Base::passing_, Base::domain_, Base::is_right_, Base::any_event, Base::no_event;
     // ---- which transitions
 
     bool is_present(int event) const noexcept {
@@ -139,6 +139,7 @@ template <class T, class L, class N> class Step : public Present<T, L, N> {
     void leave_state(int s) noexcept {
         const Kind its = kind_of(s);
         const int c = of(s, compound);
+        const N left = x_[c];
         if (its == Kind::compound) {
             const int child = active_child(s);
             if (child != 0) leave_state(child);
@@ -155,14 +156,10 @@ template <class T, class L, class N> class Step : public Present<T, L, N> {
         passing_ = s;
         perform(of(s, leave), of(s, leave) == 0 ? N(0) : time_in(s));
         if (its == Kind::compound) {
-            if (head(has_history) != 0) last_[c] = left_[c];
+            if (head(has_history) != 0) last_[c] = left;
             x_[c] = 0;
         }
-        if (kind_of(of(s, parent)) == Kind::compound) {
-            const int around = of(of(s, parent), compound);
-            left_[around] = x_[around];
-            x_[around] = 0;
-        }
+        if (kind_of(of(s, parent)) == Kind::compound) x_[of(of(s, parent), compound)] = 0;
     }
 
     void forget_wishes() noexcept {
@@ -299,14 +296,9 @@ template <class T, class L, class N> class Step : public Present<T, L, N> {
         if (of(s, during) != 0 && !is_fresh(s)) perform(of(s, during), time_in(s));
         if (kind_of(s) == Kind::parallel) {
             for (int child = of(s, first_child); child != 0; child = of(child, next_sibling)) stay(child);
-        } else if (kind_of(s) == Kind::compound && has_during(s)) {
+        } else if (kind_of(s) == Kind::compound && head(is_flat) == 0) {
             if (const int child = active_child(s); child != 0) stay(child);
         }
-    }
-    bool has_during(int s) const noexcept {
-        for (int d = s + 1; d <= of(s, last_descendant); ++d)
-            if (of(d, during) != 0) return true;
-        return false;
     }
 };
 
@@ -357,7 +349,8 @@ struct Chart {
     }
 };
 
-/// Next states of a chart.
+/// Next states of a chart. It takes the step that the outputs showed once more, as rules of a block share
+/// only what its signals and states hold; to hand on what a step did would take a second copy of its memory.
 struct ChartUpdate {
     static constexpr const char* name = "bf::kernels::ChartUpdate{}";
     static constexpr const auto& failure = chart::failure;

@@ -98,24 +98,21 @@ template <class T, class L, class N> class Present {
     [[gnu::noinline]] void write_regions(const Y& state, const S& time_in_state,
                                          const E& entered) const noexcept {
         for (int r = 0; r < head(regions); ++r) {
-            int s = at_(regions_at, r), c = 0;
+            int s = at_(regions_at, r);
             state[r] = s;
             if (!is_active(s)) {
                 state[r] = 0, time_in_state[r] = 0, entered[r] = false;
                 continue;
             }
             while (kind_of(s) == Kind::compound) {
-                c = of(s, compound);
-                state[r] = x_[c];
-                // Which of them it is decides only where one of them has children.
-                const int child = has_families(s) ? active_child(s) : of(s, first_child);
+                state[r] = x_[of(s, compound)];
+                // Which of them it is decides nothing where none of them has children.
+                const int child = head(is_flat) == 0 ? active_child(s) : of(s, first_child);
                 if (child == 0) break;
                 s = child;
             }
-            while (of(s, parent) != 0 && kind_of(of(s, parent)) != Kind::compound) s = of(s, parent);
-            c = of(of(s, parent), compound);
-            entered[r] = fresh_[c];
-            time_in_state[r] = fresh_[c] ? N(0) : time_ - entry_[c];
+            entered[r] = is_fresh(s);
+            time_in_state[r] = time_in(s);
         }
     }
     template <class V> void write_variables(const V& values) const noexcept {
@@ -148,27 +145,24 @@ template <class T, class L, class N> class Present {
             if (number == N(child)) return child;
         return 0;
     }
-    bool has_families(int s) const noexcept {
-        for (int child = of(s, first_child); child != 0; child = of(child, next_sibling))
-            if (of(child, first_child) != 0) return true;
-        return false;
-    }
     /// Is this region of a parallel state left already, or not yet entered, while actions of `passing_` run?
     /// States are entered in the document's order and left in the opposite one.
     bool is_out(int s) const noexcept {
         return passing_ > 0 && s > passing_ && (domain_ < 0 ? is_wanted_[s] : is_below(s, domain_));
     }
     bool is_below(int s, int around) const noexcept { return s > around && s <= of(around, last_descendant); }
+    /// The number of the innermost compound state around it.
+    int compound_around(int s) const noexcept {
+        do s = of(s, parent);
+        while (kind_of(s) != Kind::compound);
+        return of(s, compound);
+    }
     N time_in(int s) const noexcept {
-        while (s != 0 && kind_of(of(s, parent)) != Kind::compound) s = of(s, parent);
-        const int c = of(of(s, parent), compound);
+        const int c = compound_around(s);
         return fresh_[c] ? N(0) : time_ - entry_[c];
     }
     /// Was it entered in this step?
-    bool is_fresh(int s) const noexcept {
-        while (s != 0 && kind_of(of(s, parent)) != Kind::compound) s = of(s, parent);
-        return fresh_[of(of(s, parent), compound)];
-    }
+    bool is_fresh(int s) const noexcept { return fresh_[compound_around(s)]; }
     bool is_finished() const noexcept {
         for (int s = of(0, first_child); s != 0; s = of(s, next_sibling))
             if (kind_of(s) == Kind::final && x_[0] == N(s)) return true;
@@ -232,7 +226,7 @@ template <class T, class L, class N> class Present {
     const T& table_;
     const L& u_;
     N time_, late_, period_;
-    N x_[most_compounds], entry_[most_compounds], last_[most_compounds], left_[most_compounds];
+    N x_[most_compounds], entry_[most_compounds], last_[most_compounds];
     N cells_[most_cells], due_[most_timers], pending_[most_events], raised_[most_events],
         time_of_[most_chosen];
     bool fresh_[most_compounds], is_wanted_[most_states + 1], is_default_[most_states + 1];

@@ -125,8 +125,9 @@ double without_multipliers(const Levels& levels, std::size_t k, const VectorXd& 
     VectorXd y = VectorXd::Zero(std::max(m, 1));
     if (m == 0) return gradient.norm();
     const MatrixXd H = N.transpose() * N + 1e-13 * MatrixXd::Identity(m, m);
+    const VectorXd g = N.transpose() * gradient;
     const VectorXd from = Eigen::Map<VectorXd>(low.data(), m), to = Eigen::Map<VectorXd>(high.data(), m);
-    Problem problem{.H = H, .g = N.transpose() * gradient, .lb = from, .ub = to};
+    Problem problem{.H = H, .g = g, .lb = from, .ub = to};
     const Result result = make_daqp(m, 0)->solve(problem, y);
     EXPECT_EQ(result.status, Status::solved) << describe(result);
     return (gradient + N * y.cwiseMax(from).cwiseMin(to)).norm();

@@ -87,11 +87,11 @@ TEST_P(Qp, WithoutActiveConstraintsTheSolutionIsMinusHInverseG) {
 }
 
 TEST_P(Qp, WithUnitHessianABoxProjects) {
-    const VectorXd target = VectorXd::LinSpaced(8, -2, 2);
+    const VectorXd target = VectorXd::LinSpaced(8, -2, 2), g = -target;
+    const MatrixXd H = MatrixXd::Identity(8, 8);
     const VectorXd lb = VectorXd::Constant(8, -0.7), ub = VectorXd::Constant(8, 1.1);
     VectorXd x(8);
-    ASSERT_EQ(make(8, 0)->solve({.H = MatrixXd::Identity(8, 8), .g = -target, .lb = lb, .ub = ub}, x).status,
-              Status::solved);
+    ASSERT_EQ(make(8, 0)->solve({.H = H, .g = g, .lb = lb, .ub = ub}, x).status, Status::solved);
     EXPECT_LT((x - target.cwiseMax(lb).cwiseMin(ub)).norm(), 1e-8);
 }
 
@@ -289,7 +289,8 @@ TEST_P(Qp, RefusesDataOfWrongSize) {
         return describe(r);
     };
     const std::string end = " has not the size that the solver was made for";
-    EXPECT_EQ(text({.H = MatrixXd::Identity(3, 3), .g = p.g, .A = p.A}), "H" + end);
+    const MatrixXd smaller = MatrixXd::Identity(3, 3);
+    EXPECT_EQ(text({.H = smaller, .g = p.g, .A = p.A}), "H" + end);
     EXPECT_EQ(text({.H = p.H, .g = three, .A = p.A}), "g" + end);
     EXPECT_EQ(text({.H = p.H, .g = p.g}), "A" + end);
     EXPECT_EQ(text({.H = p.H, .g = p.g, .A = p.A, .lbA = three}), "lbA" + end);

@@ -111,13 +111,12 @@ class QuadraticProgram : public Block, public Differentiable {
         return UpdateRule(this, kernels::Copy{}, next(last_objective), objective);
     }
     qp::Problem program(Now at) const noexcept {
-        using Rows = Eigen::Map<const Matrix>;
-        using Elements = Eigen::Map<const Vector>;
         const auto vector = [&](const Input<Vector>& key) {
-            return key.is_present() ? at[key] : Elements(nullptr, 0);
+            return key.is_present() ? qp::Problem::Vector(at[key]) : qp::Problem::Vector();
         };
-        return {at[H],      at[g],     A.is_present() ? at[A] : Rows(nullptr, 0, 0), vector(lbA), vector(ubA),
-                vector(lb), vector(ub)};
+        return {at[H],       at[g],       A.is_present() ? qp::Problem::Matrix(at[A]) : qp::Problem::Matrix(),
+                vector(lbA), vector(ubA), vector(lb),
+                vector(ub)};
     }
     virtual std::shared_ptr<qp::Solver> make_solver() const = 0;
     virtual int number(const qp::Result& result) const noexcept { return static_cast<int>(result.status); }

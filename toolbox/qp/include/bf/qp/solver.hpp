@@ -43,21 +43,35 @@ struct Result {
 /// Says what happened, which entry is at fault (counted from 1, as in MATLAB) and what to do. Allocates.
 std::string describe(const Result& result);
 
+/// Numbers of the caller, seen where they are: a matrix, vector, map or block by columns. Unlike an
+/// Eigen::Ref it never holds a copy, so it takes no expression that has yet to be computed.
+template <class Plain> class View : public Eigen::Map<const Plain, 0, Eigen::OuterStride<>> {
+    using Base = Eigen::Map<const Plain, 0, Eigen::OuterStride<>>;
+
+  public:
+    View() : Base(nullptr, 0, Plain::ColsAtCompileTime == 1, Eigen::OuterStride<>(0)) {}
+    template <class Numbers>
+    requires(bool(Numbers::Flags& Eigen::DirectAccessBit) && Numbers::InnerStrideAtCompileTime == 1 &&
+             !Numbers::IsRowMajor) View(const Eigen::DenseBase<Numbers>& numbers)
+        : Base(numbers.derived().data(), numbers.rows(), numbers.cols(),
+               Eigen::OuterStride<>(numbers.derived().outerStride())) {}
+};
+
 /// min ½ xᵀHx + gᵀx subject to lbA ≤ Ax ≤ ubA, lb ≤ x ≤ ub, with x ∈ ℝⁿ and A having m rows.
 ///
 /// All matrices are column-major and are only looked at, never kept. A bound of size 0 is absent, ±inf is no
 /// bound, equal bounds make an equality. With m = 0, A may be left out. Only the symmetric part of H counts.
 struct Problem {
-    using Matrix = Eigen::Ref<const Eigen::MatrixXd>;
-    using Vector = Eigen::Ref<const Eigen::VectorXd>;
+    using Matrix = View<Eigen::MatrixXd>;
+    using Vector = View<Eigen::VectorXd>;
 
-    Matrix H;                       ///< n × n, positive semidefinite
-    Vector g;                       ///< n
-    Matrix A = Eigen::MatrixXd();   ///< m × n
-    Vector lbA = Eigen::VectorXd(); ///< m
-    Vector ubA = Eigen::VectorXd(); ///< m
-    Vector lb = Eigen::VectorXd();  ///< n
-    Vector ub = Eigen::VectorXd();  ///< n
+    Matrix H;        ///< n × n, positive semidefinite
+    Vector g;        ///< n
+    Matrix A = {};   ///< m × n
+    Vector lbA = {}; ///< m
+    Vector ubA = {}; ///< m
+    Vector lb = {};  ///< n
+    Vector ub = {};  ///< n
 };
 
 struct Options {

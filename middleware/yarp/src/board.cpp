@@ -106,8 +106,10 @@ class SensorPort {
         time_ = std::numeric_limits<double>::infinity(); // the oldest
         double time = 0;
         const auto take = [&](bool is_good, Eigen::Index begin, Eigen::Index count) {
-            if (!is_good || part_.size() != static_cast<std::size_t>(count)) time = time_ = -1;
-            if (time_ < 0) return;
+            if (!is_good || part_.size() != static_cast<std::size_t>(count)) {
+                time_ = -1;
+                return;
+            }
             came_.segment(begin, count) = Eigen::Map<const VectorXd>(part_.data(), count);
             time_ = std::min(time_, time);
         };

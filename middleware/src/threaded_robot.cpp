@@ -9,6 +9,7 @@
 #include <atomic>
 #include <cerrno>
 #include <cmath>
+#include <cstdio>
 #include <ctime>
 #include <future>
 #include <memory>
@@ -47,8 +48,8 @@ class Worker : public std::enable_shared_from_this<Worker> {
             throw std::runtime_error(
                 "its driver still waits for it since the last run; start this program anew");
         goes_on_ = true;
-        is_gone_ = is_done_ = false;
-        how_gone_ = "has ended";
+        is_done_ = false;
+        say("has ended");
         state_ = gains_ = command_ = settings_ = {};
         std::promise<RobotDescription> promise;
         auto described = promise.get_future();
@@ -91,9 +92,9 @@ class Worker : public std::enable_shared_from_this<Worker> {
     }
     void send_settings(const double* settings) noexcept { vectors_->settings.write(settings, now()); }
     void wait(double timeout) noexcept {
-        bell_.wait(timeout, [&] { return vectors_->state.newest() != state_.number || is_gone_; });
+        bell_.wait(timeout, [&] { return vectors_->state.newest() != state_.number || is_done_; });
     }
-    bool is_gone() noexcept { return is_gone_; }
+    bool is_gone() noexcept { return is_done_; }
     const char* how_gone() const noexcept { return how_gone_; }
     const std::string& name() const noexcept { return name_; }
 
@@ -158,8 +159,6 @@ class Worker : public std::enable_shared_from_this<Worker> {
             serve_by_the_clock(*host, time);
         host->stop();
         driver_.robot->stop();
-        is_gone_ = true;
-        bell_.ring();
     }
     void serve_led(RobotHost& host, double time) {
         for (std::int64_t k = 0; goes_on_;) {
@@ -170,7 +169,7 @@ class Worker : public std::enable_shared_from_this<Worker> {
                 static_cast<int>(std::clamp(std::round((until_ - at) / description_->period), 1.0, 1e6));
             k += steps;
             if (!goes_on_ || driver_.advance(steps)) continue;
-            how_gone_ = driver_.robot->error();
+            say(driver_.robot->error()); // which others replace when the joints are taken back
             return;
         }
     }
@@ -185,6 +184,11 @@ class Worker : public std::enable_shared_from_this<Worker> {
         host.step(at()); // takes the last command, which lets the robot go
     }
 
+    /// Before its thread begins, or in it, before it is done.
+    void say(const char* how_gone) noexcept {
+        std::snprintf(how_gone_, sizeof how_gone_, "%s", how_gone);
+    }
+
     const std::string name_;
     const WaitingDriver driver_;
     const double period_, watchdog_;
@@ -193,8 +197,8 @@ class Worker : public std::enable_shared_from_this<Worker> {
     std::optional<Vectors> vectors_;
     Stamp state_, gains_, command_, settings_; ///< of what was taken
     Bell bell_{}, command_bell_{};
-    std::atomic<bool> goes_on_{false}, is_gone_{false}, is_done_{true};
-    std::atomic<const char*> how_gone_{""};
+    std::atomic<bool> goes_on_{false}, is_done_{true};
+    toolbox::RobotConnection::ErrorText how_gone_ = "";
     End end_{*this};
     std::thread thread_;
 };

@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -74,7 +75,8 @@ class RemoteConnection final : public toolbox::RobotConnection {
     /// By how much the robot's clock is ahead of the steps since both began, s.
     double drift() const noexcept {
         const double drift = time() - begin_ - static_cast<double>(steps_) * period_;
-        return std::abs(drift) < 1e-9 * period_ ? 0 : drift; // the roundoff of times is none
+        const double roundoff = 4 * std::numeric_limits<double>::epsilon() * std::abs(time());
+        return std::abs(drift) < 1e-9 * period_ + roundoff ? 0 : drift;
     }
     Counts counts() const noexcept { return link_->counts(); }
 

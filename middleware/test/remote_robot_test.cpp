@@ -1,0 +1,63 @@
+// A connection to a robot, over a link that is none.
+#include "bf/middleware/remote_robot.hpp"
+
+#include <algorithm>
+#include <gtest/gtest.h>
+
+namespace bf::middleware::test {
+namespace {
+
+/// A robot of one joint whose clock tells the time since 1970, as seconds and nanoseconds, and goes on by a
+/// millisecond in each state, from some state on ahead of that.
+class ClockLink final : public RobotLink {
+  public:
+    explicit ClockLink(int is_ahead_from) : is_ahead_from_(is_ahead_from) {}
+    RobotDescription start(double) override {
+        RobotDescription robot;
+        robot.joints = {"knee"};
+        robot.period = 0.001;
+        for (auto* limits :
+             {&robot.position_min, &robot.position_max, &robot.velocity_min, &robot.velocity_max})
+            limits->setZero(1);
+        return robot;
+    }
+    void stop() noexcept override {}
+    bool take_state(double* state, Stamp& stamp) noexcept override {
+        const int step = std::max(states_ - 1, 0); // the start takes a state, too
+        const int ms = step + (step >= is_ahead_from_ ? 5 : 0);
+        state[RobotLayout::time] = 1'795'000'000 + ms / 1000 + ms % 1000 * 1'000'000 / 1e9;
+        stamp = {static_cast<std::uint64_t>(++states_), 0};
+        return true;
+    }
+    bool take_gains(double*) noexcept override { return false; }
+    void send_command(const double*) noexcept override {}
+    void send_settings(const double*) noexcept override {}
+    void wait(double) noexcept override {}
+    bool is_gone() noexcept override { return false; }
+    const std::string& name() const noexcept override { return name_; }
+
+  private:
+    const int is_ahead_from_;
+    int states_ = 0;
+    const std::string name_ = "clock";
+};
+
+} // namespace
+
+TEST(RemoteConnection, TellsNoRoundoffOfTimesAsDrift) {
+    RemoteConnection robot(std::make_unique<ClockLink>(2000), {.joints = {"knee"}});
+    robot.set_period(0.001);
+    robot.start();
+    for (int k = 0; k < 1990; ++k) {
+        ASSERT_TRUE(robot.begin_step()) << robot.error();
+        ASSERT_EQ(robot.drift(), 0) << k;
+        robot.end_step();
+    }
+    for (int k = 0; k < 20; ++k) {
+        ASSERT_TRUE(robot.begin_step()) << robot.error();
+        robot.end_step();
+    }
+    EXPECT_NEAR(robot.drift(), 0.004, 1e-6) << "the step has ended that it belongs to";
+}
+
+} // namespace bf::middleware::test

@@ -20,8 +20,7 @@ class Hosted final : public ServedRobot {
     std::string take_news() override {
         if (RobotHost::Event event; host_.take_event(event)) return text_of(event);
         if (end_->counts().rejected == 0 || std::exchange(is_strange_, true)) return "";
-        return "left out a datagram that has another key, version or size, or was sent again by somebody; so "
-               "are those that follow";
+        return std::string("left out ") + end_->what_is_rejected() + "; so are those that follow";
     }
     int gone() const noexcept override { return host_.gone(); }
 

@@ -23,7 +23,8 @@ using middleware::RobotDescription;
 using middleware::RobotLayout;
 using middleware::Stamp;
 
-constexpr double repeat = 0.1; ///< s; a state is sent again for those who come while the time stands still
+constexpr double look = 0.1;   ///< s between two looks at who listens while the time stands still
+constexpr double patience = 1; ///< s until a state that stands is sent again
 
 /// As names of ROS 2 may be.
 std::string plain(const std::string& name) {
@@ -47,16 +48,28 @@ class States final : public Sender {
         messages::assign(joint_->name, robot.joints);
     }
     bool has_news() const noexcept override {
-        return newest.newest() != sent_ || (sent_ != 0 && middleware::now() - last_ > repeat);
+        return newest.newest() != sent_ || (sent_ != 0 && middleware::now() - looked_ > look);
     }
     void send() override {
+        looked_ = middleware::now();
+        const int before = std::exchange(readers_, readers());
+        if (newest.newest() == sent_) {
+            clock_->publish(clock_message_.get()); // by which others know that it stands still
+            // Whoever answers each state would answer one that comes twice. So it is sent again only for
+            // those who have come since, when both sides know each other, and nobody answers it.
+            if (readers_ > before) {
+                have_come_ = true;
+                last_ = looked_;
+            }
+            if (!have_come_ || looked_ - last_ < patience) return;
+        }
         Stamp stamp;
         if (!newest.read(state_.data(), stamp)) return;
         sent_ = stamp.number;
-        last_ = middleware::now();
+        last_ = looked_;
+        have_come_ = false;
         const auto time = messages::time_of(state_[RobotLayout::time]);
         clock_message_->clock = time;
-        // Whoever goes by the clock has the state of that time before it.
         const auto fill = [&](Measurement what, rosidl_runtime_c__double__Sequence& to) {
             const bool has = robot_.measurements >> static_cast<int>(what) & 1;
             messages::resize(to, has ? static_cast<std::size_t>(at_.n) : 0);
@@ -85,17 +98,27 @@ class States final : public Sender {
             imus_[static_cast<std::size_t>(i)]->publish(imu_.get());
         }
         joints_->publish(joint_.get());
-        clock_->publish(clock_message_.get());
+        clock_->publish(clock_message_.get()); // last: whoever goes by it has the state of that time
     }
 
     ExchangeBuffer newest;
 
   private:
+    /// Of all that a state is sent to.
+    int readers() const noexcept {
+        int all = joints_->readers();
+        for (const auto* list : {&wrenches_, &imus_})
+            for (const auto& each : *list) all += each->readers();
+        return all;
+    }
+
     const RobotDescription robot_;
     const RobotLayout at_;
     std::vector<double> state_;
-    std::atomic<std::uint64_t> sent_{0};
-    double last_ = 0;
+    std::uint64_t sent_ = 0;
+    double looked_ = 0, last_ = 0; ///< s; when a state was sent last, or a reader has come since
+    int readers_ = 0;
+    bool have_come_ = false; ///< readers, since then
     std::shared_ptr<Publisher> joints_, clock_;
     std::vector<std::shared_ptr<Publisher>> wrenches_, imus_;
     std::shared_ptr<messages::JointState> joint_ =
@@ -218,6 +241,10 @@ class End final : public middleware::RobotEnd {
         return is;
     }
     middleware::Counts counts() const noexcept override { return {.rejected = rejected_}; }
+    const char* what_is_rejected() const noexcept override {
+        return "a command that has not one number for each of its joints, or a trajectory that it cannot "
+               "follow";
+    }
     const std::string& name() const noexcept override { return name_; }
 
   private:

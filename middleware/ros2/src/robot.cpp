@@ -75,6 +75,7 @@ class Robot final : public toolbox::RobotConnection {
         for (auto* values : {&position_, &velocity_, &effort_}) values->setZero(n_);
         came_.setConstant(n_, -std::numeric_limits<double>::infinity());
         has_velocity_ = has_effort_ = false;
+        stamp_ = 0;
         names_.clear();
         // Best effort hears all writers, and only the newest counts.
         const Quality newest{1, false};
@@ -82,6 +83,13 @@ class Robot final : public toolbox::RobotConnection {
             node_.subscribe(messages::joint_state(), options_.states, newest, [this](const void* message) {
                 take(*static_cast<const messages::JointState*>(message));
             });
+        clock_ = node_.subscribe(messages::clock(), "/clock", newest, [this](const void* message) {
+            // A time that stands still brings no new state, and the newest one counts on.
+            const auto& time = static_cast<const messages::Clock*>(message)->clock;
+            const std::lock_guard lock(mutex_);
+            if (messages::seconds(time) != stamp_) return;
+            came_ = (came_.array() > 0).select(middleware::now(), came_);
+        });
         for (auto& sensor : wrenches_) {
             sensor.values.setZero(middleware::wrench_size);
             sensor.subscription = node_.subscribe(
@@ -125,6 +133,7 @@ class Robot final : public toolbox::RobotConnection {
         node_.close(); // whose threads write what is cleared now
         publishers_.clear();
         states_.reset();
+        clock_.reset();
         for (auto* sensors : {&wrenches_, &imus_})
             for (auto& sensor : *sensors) sensor.subscription.reset();
     }
@@ -246,8 +255,9 @@ class Robot final : public toolbox::RobotConnection {
             has_velocity_ |= take_one(state.velocity, i, velocity_[at]);
             has_effort_ |= take_one(state.effort, i, effort_[at]);
             came_[at] = now;
+            // Programs that tell of some of the joints each are not equally far.
+            stamp_ = std::max(stamp_, messages::seconds(state.header.stamp));
         }
-        stamp_ = messages::seconds(state.header.stamp);
     }
     void wait_for_all(double end) {
         std::vector<std::string> missing;
@@ -313,7 +323,7 @@ class Robot final : public toolbox::RobotConnection {
     Node node_;
     std::map<std::string, Eigen::Index> ours_;
     std::map<ControlMode, Output> publishers_;
-    std::shared_ptr<Subscription> states_;
+    std::shared_ptr<Subscription> states_, clock_;
     std::vector<SensorTopic> wrenches_, imus_;
     mutable std::mutex mutex_; ///< of what has come
     std::vector<std::string> names_;

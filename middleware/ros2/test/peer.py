@@ -3,6 +3,7 @@
 peer.py echo TYPE TOPIC N            prints N messages, a line each
 peer.py send TYPE TOPIC HZ EXPR      sends what EXPR makes of m and k, the number of the message, until it is ended
 peer.py effort NAMESPACE KP KD N     drives a served robot to 0 by efforts, a command for each of N states
+peer.py answer NAMESPACE N LATE     answers N states by efforts, each that comes, a fifth of them LATE s late
 peer.py path NAMESPACE JOINT X       sends a trajectory to X, and prints where the joint is until it is there
 peer.py call NAME TYPE EXPR          calls a service with what EXPR makes of r, and prints the answer
 """
@@ -81,6 +82,26 @@ def effort(namespace, kp, kd, count):
         say(time_of[0] + 1e-9 * time_of[1], *state.position)
 
 
+def answer(namespace, count, late):
+    publisher = node.create_publisher(Float64MultiArray, f"{namespace}/effort_controller/commands", 10)
+    while publisher.get_subscription_count() == 0:
+        rclpy.spin_once(node, timeout_sec=0.05)
+    left = int(count)
+
+    def take(state):
+        nonlocal left
+        if left % 5 == 0:
+            time.sleep(float(late))
+        left -= 1
+        publisher.publish(Float64MultiArray(data=[-20 * (q - 0.1) - v for q, v in zip(state.position, state.velocity)]))
+        say(state.header.stamp.sec + 1e-9 * state.header.stamp.nanosec, *state.position)
+
+    node.create_subscription(JointState, f"{namespace}/joint_states", take, 10)
+    say("ready")
+    while left > 0:
+        rclpy.spin_once(node)
+
+
 def path(namespace, joint, target):
     publisher = node.create_publisher(JointTrajectory, f"{namespace}/joint_trajectory_controller/joint_trajectory", 10)
     states = []
@@ -114,6 +135,6 @@ def call(name, kind, expression="None"):
 
 
 try:
-    {f.__name__: f for f in (echo, send, effort, path, call)}[sys.argv[1]](*sys.argv[2:])
+    {f.__name__: f for f in (echo, send, effort, answer, path, call)}[sys.argv[1]](*sys.argv[2:])
 except KeyboardInterrupt:
     pass

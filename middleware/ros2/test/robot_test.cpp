@@ -1,4 +1,5 @@
 // Robots behind topics: ours that rclpy drives, and theirs that diagrams drive.
+#include "bf/middleware/served_robot.hpp"
 #include "end.hpp"
 #include "path.hpp"
 #include "peer.hpp"
@@ -145,6 +146,28 @@ TEST_F(Ros2Robot, IsToldOfItsJointsInAnyOrderBySeveralPrograms) {
     expect_contains(run.simulation.failure(), "no state for 1");
 }
 
+TEST_F(Ros2Robot, HasTheTimeOfItsOwnJointsWhichDoesNotGoBack) {
+    if (!Peer::is_there()) GTEST_SKIP() << "there is no rclpy";
+    const std::string type = "sensor_msgs/msg/JointState", topic = "/icub/joint_states";
+    const auto tells = [&](const std::string& names, const std::string& sec) {
+        return Peer({"send", type, topic, "200",
+                     "m.name=" + names + "; m.position=m.velocity=[0.1]*len(m.name); m.header.stamp.sec=" +
+                         sec + "+k//200; m.header.stamp.nanosec=k%200*5000000"});
+    };
+    Peer first = tells("['l_hip_pitch','l_knee']", "100"), second = tells("['l_ankle_roll']", "50"),
+         other = tells("['elbow']", "1000");
+    for (auto* peer : {&first, &second, &other}) ASSERT_EQ(peer->line(), "ready");
+    Running run(remote("", "", ", use_sim_time: true"));
+    double last = 0;
+    for (int k = 0; k < 300; ++k, usleep(1000)) {
+        ASSERT_TRUE(run.step()) << run.simulation.failure();
+        ASSERT_GE(run.scalar("world.time"), last);
+        last = run.scalar("world.time");
+        ASSERT_LT(last, 500);
+    }
+    EXPECT_GE(last, 100);
+}
+
 TEST_F(Ros2Robot, SaysWhatIsMissing) {
     const auto wrong = [](const std::string& settings) {
         std::string text = remote("", "", settings);
@@ -192,6 +215,27 @@ TEST_F(Ros2Served, IsSteppedByEachCommandOfAProgramThatIsNotOurs) {
     EXPECT_EQ(runs[0], runs[1]) << "every run is the same, to the last digit";
 }
 
+/// It answers what comes, whatever the time of it is, as a state that comes twice would show.
+TEST_F(Ros2Served, ShowsEachStateOnceToAProgramThatIsSometimesLate) {
+    if (!Peer::is_there()) GTEST_SKIP() << "there is no rclpy";
+    Served served(end_in("/icub", true), diagram(icub + icub_world));
+    served.run();
+    Peer peer({"answer", "/icub", "20", "0.3"});
+    ASSERT_EQ(peer.line(), "ready");
+    Peer other({"echo", "sensor_msgs/msg/JointState", "/icub/joint_states", "1"});
+    for (int i = 0; i < 20; ++i) {
+        const auto numbers = numbers_of(peer.line());
+        ASSERT_EQ(numbers.size(), 4U);
+        EXPECT_NEAR(numbers[0], 1e-3 * i, 1e-9);
+    }
+    for (int k = 0; k < 200 && served.time() < 0.0195; ++k) usleep(10'000);
+    usleep(300'000);
+    EXPECT_NEAR(served.time(), 0.02, 1e-9) << "there is a step for each answer";
+    Peer late({"echo", "sensor_msgs/msg/JointState", "/icub/joint_states", "1"});
+    EXPECT_EQ(late.line(), "ready");
+    expect_contains(late.line(), "nanosec=20000000"); // what stands is there for those who come
+}
+
 TEST_F(Ros2Served, FollowsATrajectoryToItsEndAndStaysThere) {
     if (!Peer::is_there()) GTEST_SKIP() << "there is no rclpy";
     InRealTime served("/icub");
@@ -226,6 +270,27 @@ TEST_F(Ros2Served, LeavesOutWhatIsOfAnotherRobot) {
     for (int k = 0; k < 2000 && events.find("refused") == std::string::npos; ++k, usleep(10'000))
         events += served.events();
     expect_contains(events, "refused");
+}
+
+TEST_F(Ros2Served, TellsWhatItHasLeftOut) {
+    if (!Peer::is_there()) GTEST_SKIP() << "there is no rclpy";
+    Served served(end_in("/other", true), diagram(icub + icub_world));
+    const auto shown = middleware::make_served_robot("world",
+                                                     {.path = "world",
+                                                      .is_alone = true,
+                                                      .device = *served.device,
+                                                      .robot = *served.robot,
+                                                      .options = {},
+                                                      .host = {}},
+                                                     end_in("/icub", true));
+    shown->start(0.001);
+    EXPECT_EQ(shown->take_news(), "");
+    Peer size({"send", "std_msgs/msg/Float64MultiArray", "/icub/effort_controller/commands", "50",
+               "m.data=[1.0,2.0]"});
+    std::string news;
+    for (int k = 0; k < 2000 && news.empty(); ++k, usleep(10'000)) news = shown->take_news();
+    EXPECT_EQ(news, "left out a command that has not one number for each of its joints, or a trajectory that "
+                    "it cannot follow; so are those that follow");
 }
 
 TEST_F(Ros2Served, IsSteppedByItsService) {

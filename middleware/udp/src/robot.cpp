@@ -300,6 +300,9 @@ class End final : public middleware::RobotEnd {
     }
     bool is_gone() noexcept override { return now() - heard_ > gone_after; }
     Counts counts() const noexcept override { return arrivals_.counts(); }
+    const char* what_is_rejected() const noexcept override {
+        return "a datagram that has another key, version or size, or was sent again by somebody";
+    }
     const std::string& name() const noexcept override { return name_; }
 
   private:

@@ -31,6 +31,8 @@ class RobotEnd {
     /// Is the controller known to be gone?
     virtual bool is_gone() noexcept = 0;
     virtual Counts counts() const noexcept { return {}; }
+    /// What it counts as rejected, in a sentence that begins with "left out".
+    virtual const char* what_is_rejected() const noexcept { return "a message that is not for it"; }
     /// How users call it, such as "robot 'icub' in shared memory".
     virtual const std::string& name() const noexcept = 0;
 };

@@ -2,20 +2,14 @@
 #include "bf/middleware/bell.hpp"
 #include "blocks.hpp"
 #include "messages.hpp"
+#include "own_process.hpp"
 
 #include <algorithm>
 #include <array>
 #include <atomic>
 #include <benchmark/benchmark.h>
-#include <cstring>
 #include <ctime>
-#include <net/if.h>
-#include <sched.h>
 #include <stdexcept>
-#include <sys/ioctl.h>
-#include <sys/mman.h>
-#include <sys/socket.h>
-#include <sys/wait.h>
 #include <thread>
 #include <unistd.h>
 
@@ -25,8 +19,7 @@ namespace ros2 = bf::ros2;
 
 constexpr int n = 23, count = 1000;
 
-/// What a process of its own measures, as libraries of ROS 2 and their threads stay for as long as their
-/// process: s.
+/// s.
 struct Measured {
     std::array<double, count> times;
     bool is_good;
@@ -48,6 +41,7 @@ template <class Send, class Heard> void time(Measured& measured, Send&& send, He
         const double came = heard();
         if (k >= 0) measured.times[static_cast<std::size_t>(k)] = came - begin;
     }
+    measured.is_good = true;
 }
 
 /// From the step that writes to where a step reads.
@@ -114,39 +108,15 @@ void measure_bare(Measured& measured) {
     listens.join();
 }
 
-void measure(Measured& measured, void (*what)(Measured&)) {
-    alarm(60);
-    if (unshare(CLONE_NEWNET) != 0) return;
-    const int any = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-    ifreq loopback{};
-    std::strcpy(loopback.ifr_name, "lo");
-    loopback.ifr_flags = IFF_UP;
-    if (ioctl(any, SIOCSIFFLAGS, &loopback) != 0) return;
-    what(measured);
-    measured.is_good = true;
-}
-
 /// The 99th percentiles.
 void ros2_latency(benchmark::State& state, void (*what)(Measured&)) {
     for (auto _ : state) {
-        auto* measured = static_cast<Measured*>(
-            mmap(nullptr, sizeof(Measured), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0));
-        const pid_t child = fork();
-        if (child == 0) {
-            try {
-                measure(*measured, what);
-            } catch (const std::exception&) { // and it is not good
-            }
-            _exit(0);
-        }
-        waitpid(child, nullptr, 0);
-        auto times = measured->times;
-        const bool is_good = measured->is_good;
-        munmap(measured, sizeof(Measured));
-        if (!is_good) {
+        const auto measured = bf::benchmarks::measured_alone(what);
+        if (!measured) {
             state.SkipWithError("nodes of ROS 2 do not hear each other");
             return;
         }
+        auto times = measured->times;
         std::nth_element(times.begin(), times.begin() + count * 99 / 100, times.end());
         state.SetIterationTime(times[count * 99 / 100]);
     }

@@ -1,19 +1,14 @@
 // What the thread of a YARP robot does for each state, beside YARP's bare calls.
 #include "board.hpp"
+#include "own_process.hpp"
 
 #include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <benchmark/benchmark.h>
-#include <cstring>
-#include <net/if.h>
-#include <sched.h>
+#include <cstdlib>
 #include <stdexcept>
 #include <string>
-#include <sys/ioctl.h>
-#include <sys/mman.h>
-#include <sys/socket.h>
-#include <sys/wait.h>
 #include <unistd.h>
 #include <vector>
 #include <yarp/dev/ControlBoardInterfaces.h>
@@ -33,8 +28,7 @@ namespace dev = yarp::dev;
 
 constexpr int n = 23;
 
-/// What a process of its own measures, since YARP's threads stay for as long as their process, and its ports
-/// listen to all networks that it has: s.
+/// s.
 struct Measured {
     std::array<double, 201> board, bare;
     bool is_good;
@@ -55,13 +49,6 @@ void open(dev::PolyDriver& driver, const std::string& config) {
 }
 
 void measure(Measured& measured) {
-    alarm(60);
-    if (unshare(CLONE_NEWNET) != 0) return;
-    const int any = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-    ifreq loopback{};
-    std::strcpy(loopback.ifr_name, "lo");
-    loopback.ifr_flags = IFF_UP;
-    if (ioctl(any, SIOCSIFFLAGS, &loopback) != 0) return;
     setenv("YARP_DATA_DIRS", BF_YARP_DATA, 1);
     yarp::os::Log::setMinimumPrintLevel(yarp::os::Log::FatalType);
     yarp::os::Log::setPrintCallback([](auto...) {});
@@ -115,24 +102,12 @@ void measure(Measured& measured) {
 /// The medians.
 void yarp_read(benchmark::State& state, std::array<double, 201> Measured::*what) {
     for (auto _ : state) {
-        auto* measured = static_cast<Measured*>(
-            mmap(nullptr, sizeof(Measured), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0));
-        const pid_t child = fork();
-        if (child == 0) {
-            try {
-                measure(*measured);
-            } catch (const std::exception&) { // and it is not good
-            }
-            _exit(0);
-        }
-        waitpid(child, nullptr, 0);
-        auto times = measured->*what;
-        const bool is_good = measured->is_good;
-        munmap(measured, sizeof(Measured));
-        if (!is_good) {
+        const auto measured = bf::benchmarks::measured_alone(measure);
+        if (!measured) {
             state.SkipWithError("YARP's devices do not open");
             return;
         }
+        auto times = (*measured).*what;
         std::nth_element(times.begin(), times.begin() + 100, times.end());
         state.SetIterationTime(times[100]);
     }

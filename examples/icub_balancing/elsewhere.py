@@ -44,7 +44,7 @@ with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:  # a port that n
 
 
 def enter_network_of_our_own():
-    """Ports of YARP listen to everybody, so this program and its children get a network that ends at this computer."""
+    """Ports of YARP listen to everybody, and nodes of ROS 2 hear all of their domain, so this program and its children get a network that ends at this computer."""
     libc, new_user, new_network = ctypes.CDLL(None), 0x10000000, 0x40000000
     if libc.unshare(new_network) != 0 and libc.unshare(new_user | new_network) != 0:
         return False
@@ -54,19 +54,20 @@ def enter_network_of_our_own():
     return True
 
 
-def has_yarp():
-    doctor = subprocess.run([bf, "doctor", "--json"], capture_output=True, text=True).stdout
-    return ((options.yarp / "bin/yarpserver").exists()
-            and any(m["plugin"] == "Yarp" and m["good"] for m in json.loads(doctor)["middlewares"])
-            and enter_network_of_our_own())
+doctor = json.loads(subprocess.run([bf, "doctor", "--json"], capture_output=True, text=True).stdout)
+plugins = {m["plugin"] for m in doctor["middlewares"] if m["good"]} & {"Yarp", "Ros2"}
+if plugins and not enter_network_of_our_own():
+    plugins = set()
 
 
 ways = {"shared_memory": ["--shm", name], "udp": ["--udp", port, "--key", out / "robot.key"]}
-blocks = {"shared_memory": "elsewhere", "udp": "remote", "yarp": "behind_yarp"}
+blocks = {"shared_memory": "elsewhere", "udp": "remote", "yarp": "behind_yarp", "ros2": "behind_ros2"}
 tolerance = {"yarp": 1e-6}
 by_clock = ["--realtime", "--priority", 0, "--watchdog", 20]  # the ports of YARP are opened in the first step
-by_the_clock = {"yarp": ["--set", "behind_yarp.simulator=''"]}
-if has_yarp():
+by_the_clock = {"yarp": ["--set", "behind_yarp.simulator=''"], "ros2": ["--set", "behind_ros2.step_size=0"]}
+if "Ros2" in plugins:
+    ways["ros2"] = ["--ros2", "/icub"]
+if "Yarp" in plugins and (options.yarp / "bin/yarpserver").exists():
     ways["yarp"] = ["--yarp", "icubSim"]
     (out / "yarp").mkdir(exist_ok=True)
     (out / "yarp/yarp.conf").write_text("127.0.0.1 10000 yarp\n")
@@ -82,14 +83,23 @@ def serve(way, *more):
     command = [bf, "serve", model, "--set", "robot_is='served'", *ways[way], *more]
     print("$", *command, flush=True)
     server = subprocess.Popen([str(c) for c in command], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-    line = server.stderr.readline()
-    assert "serves the robot" in line, line + server.stderr.read()
+    next_line(server, "serves the ")
     return server
+
+
+def next_line(server, wanted):
+    """What it says of that, after what it says of other things."""
+    told = []
+    for line in server.stderr:
+        told.append(line)
+        if wanted in line:
+            return line
+    raise AssertionError("".join(told))
 
 
 def of(way):
     settings = {"shared_memory": [f"elsewhere.name='{name}'"],
-                "udp": [f"remote.address='{port}'", f"remote.key='{out / 'robot.key'}'"], "yarp": []}[way]
+                "udp": [f"remote.address='{port}'", f"remote.key='{out / 'robot.key'}'"]}.get(way, [])
     return ["--set", f"robot_is='{way}'"] + [word for text in settings for word in ("--set", text)]
 
 
@@ -120,8 +130,8 @@ curves["its world"] = direct["world.com"]
 
 
 def same_world(what, way, world):
-    # The robot does not go on any more when its controller has left, which steps that of YARP by its own period.
-    until = (options.seconds - (0.0105 if way == "yarp" else 0)) * 1e9
+    # The robot does not go on any more when its controller has left, which steps those of YARP and ROS 2 by its own period.
+    until = (options.seconds - (0.0105 if way in ("yarp", "ros2") else 0)) * 1e9
     same(what, {s: {t: rows for t, rows in direct[s].items() if t <= until} for s in of_world}, world, of_world,
          tolerance.get(way, 0))
 
@@ -131,7 +141,9 @@ for way in ways:
     server = serve(way, "--once", "--record", out / f"{way}_world.mcap")
     recorded.run(*drive(way, "--stop", seconds, "--record", out / f"{way}.mcap"), timeout=None)
     told = ended(server)
-    assert "a controller has come" in told and "the controller has left; its joints hold" in told, told
+    # Who is seen no more in ROS 2 may have left or died.
+    gone = "has died" if way == "ros2" else "has left"
+    assert "a controller has come" in told and f"the controller {gone}; its joints hold" in told, told
     world = recorded.read_recording(bf, out / f"{way}_world.mcap")
     same_world(f"{way}, the world", way, world)
     same(f"{way}, the controller", direct, recorded.read_recording(bf, out / f"{way}.mcap"), of_controller,
@@ -156,9 +168,8 @@ for way in ways:
 
     # The controller is killed, and the joints are held where they are.
     server = serve(way, "--stop", "8", *by_clock, "--record", out / f"{way}_killed.mcap")
-    controller = subprocess.Popen(drive(way, "--stop", "Inf"), stdout=subprocess.DEVNULL)
-    line = server.stderr.readline()
-    assert "a controller has come" in line, line
+    controller = subprocess.Popen(drive(way, "--stop", "Inf", *by_the_clock.get(way, [])), stdout=subprocess.DEVNULL)
+    next_line(server, "a controller has come")
     time.sleep(0.5)
     controller.send_signal(signal.SIGKILL)
     controller.wait()
@@ -180,7 +191,7 @@ for way in [way for way in ways if options.deploy and way != "udp"]:
     curves[f"{way}, deployed"] = world["world.com"]
 
 # One panel for each axis, later curves thinner, so that all are seen.
-colours = ["#c8c8c8", "#f2a33a", "#2f8f5b", "#3366cc", "#b03060", "#000000", "#00a0b0", "#8a5a2b", "#7a5fd0"]
+colours = ["#c8c8c8", "#f2a33a", "#2f8f5b", "#3366cc", "#b03060", "#000000", "#00a0b0", "#8a5a2b", "#7a5fd0", "#d94f4f", "#6b8e23", "#556b8d"]
 width, height, left, gap = 860, 150, 70, 180
 parts = []
 end = max(curves["its world"])
@@ -196,9 +207,9 @@ for axis, label in enumerate("xyz"):
         rows = [(t, rows[-1]) for t, rows in sorted(curve.items()) if t <= end]
         points = " ".join(f"{left + t / end * width:.1f},{top + height - (min(max(row[axis], low), high) - low) / (high - low) * height:.1f}"
                           for t, row in rows[:: max(1, len(rows) // 400)])
-        parts.append(f'<polyline points="{points}" fill="none" stroke="{colours[k % 9]}" stroke-width="{max(1, 9 - 3 * k)}"/>')
+        parts.append(f'<polyline points="{points}" fill="none" stroke="{colours[k % len(colours)]}" stroke-width="{max(1, 9 - 3 * k)}"/>')
 for k, label in enumerate(curves):
-    parts.append(f'<text x="{left + 215 * (k % 4)}" y="{30 + 3 * gap + 16 * (k // 4)}" fill="{colours[k % 9]}">{label}</text>')
+    parts.append(f'<text x="{left + 215 * (k % 4)}" y="{30 + 3 * gap + 16 * (k // 4)}" fill="{colours[k % len(colours)]}">{label}</text>')
 (out / "elsewhere.svg").write_text(
     f'<svg xmlns="http://www.w3.org/2000/svg" width="960" height="{3 * gap + 70}" font-family="sans-serif" font-size="12">\n'
     '<rect width="100%" height="100%" fill="white"/>\n' + "\n".join(parts) + "\n</svg>\n")

@@ -185,9 +185,7 @@ class Worker : public std::enable_shared_from_this<Worker> {
     }
 
     /// Before its thread begins, or in it, before it is done.
-    void say(const char* how_gone) noexcept {
-        std::snprintf(how_gone_, sizeof how_gone_, "%s", how_gone);
-    }
+    void say(const char* how_gone) noexcept { std::snprintf(how_gone_, sizeof how_gone_, "%s", how_gone); }
 
     const std::string name_;
     const WaitingDriver driver_;

@@ -44,17 +44,18 @@ std::string machine() {
     return system.machine;
 }
 
-/// The `bf` command, and the shared libraries and plugins that it loads.
+/// A plugin that opens libraries in runs only has this function: it opens them all, and gives the files that
+/// they read, up to null, which a package has in share/blockfactory. It may throw std::runtime_error:
+///   extern "C" const char* const* bf_deploy_v1();
+constexpr const char* deploy_symbol = "bf_deploy_v1";
+
+/// The `bf` command, the shared libraries and plugins that it loads, and what plugins read.
 struct Program {
     fs::path file;
-    std::vector<fs::path> libraries, plugins;
+    std::vector<fs::path> libraries, plugins, shared;
 };
 
-/// This one, with the plugins of the model that `registry` was filled for.
-Program this_program(const Registry& registry) {
-    Program program{fs::read_symlink("/proc/self/exe"), {}, {}};
-    std::set<fs::path> plugin_folders;
-    for (const auto& folder : registry.search_path()) plugin_folders.insert(fs::weakly_canonical(folder));
+std::vector<fs::path> loaded_libraries() {
     std::vector<fs::path> loaded;
     dl_iterate_phdr(
         [](dl_phdr_info* info, std::size_t, void* list) {
@@ -63,10 +64,28 @@ Program this_program(const Registry& registry) {
             return 0;
         },
         &loaded);
-    for (auto& library : loaded) {
-        const bool is_plugin = plugin_folders.contains(fs::weakly_canonical(library.parent_path()));
-        (is_plugin ? program.plugins : program.libraries).push_back(std::move(library));
+    return loaded;
+}
+
+/// This one, with the plugins of the model that `registry` was filled for.
+Program this_program(const Registry& registry) {
+    Program program{fs::read_symlink("/proc/self/exe"), {}, {}, {}};
+    std::set<fs::path> plugin_folders;
+    for (const auto& folder : registry.search_path()) plugin_folders.insert(fs::weakly_canonical(folder));
+    const auto is_plugin = [&](const fs::path& library) {
+        return plugin_folders.contains(fs::weakly_canonical(library.parent_path()));
+    };
+    for (const auto& library : loaded_libraries()) {
+        if (!is_plugin(library)) continue;
+        program.plugins.push_back(library);
+        void* const its = ::dlopen(library.c_str(), RTLD_NOW | RTLD_NOLOAD);
+        if (!its) continue;
+        if (auto* deploy = reinterpret_cast<const char* const* (*)()>(::dlsym(its, deploy_symbol)))
+            for (const char* const* file = deploy(); *file; ++file) program.shared.emplace_back(*file);
+        ::dlclose(its);
     }
+    for (auto& library : loaded_libraries())
+        if (!is_plugin(library)) program.libraries.push_back(std::move(library));
     return program;
 }
 
@@ -80,7 +99,7 @@ bool is_for(const std::string& target, const fs::path& file) {
 /// CommandError when one is not there; `blocks` says who needs them.
 Program installed_program(const fs::path& prefix, const std::string& target,
                           const std::vector<fs::path>& plugins, const std::string& blocks) {
-    Program program{prefix / "bin/bf", {}, {}};
+    Program program{prefix / "bin/bf", {}, {}, {}};
     if (!is_for(target, program.file))
         throw CommandError("there is no BlockFactory for " + target + " in " + prefix.string() +
                            (blocks.empty() ? "" : ", which these blocks need:" + blocks) +
@@ -247,6 +266,7 @@ Trial pack_program(const Program& program, const LoadedModel& loaded, const Mode
         if (library.filename().string().starts_with("ld-linux")) loader = library.filename();
     }
     for (const auto& plugin : program.plugins) folder.copy(plugin, "lib/blockfactory" / plugin.filename());
+    for (const auto& file : program.shared) folder.copy(file, "share/blockfactory" / file.filename());
     for (const auto& [its, file] : fmus_of(loaded.diagram)) folder.copy(file, "lib/blockfactory/" + its);
     if (loader.empty())
         throw CommandError("glibc's dynamic loader, ld-linux*, is not among the libraries of " +

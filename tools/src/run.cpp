@@ -6,6 +6,7 @@
 #include "bf/run/recorder.hpp"
 #include "bf/run/snapshot.hpp"
 #include "files.hpp"
+#include "model_parameters.hpp"
 #include "profile.hpp"
 #include "run_realtime.hpp"
 #include "terminal.hpp"
@@ -130,7 +131,7 @@ class Progress {
 struct RunOptions {
     ModelOptions model;
     RealtimeOptions realtime;
-    std::string inputs, stop, record, summary, until, snapshot, from_snapshot, profile;
+    std::string inputs, stop, record, summary, until, snapshot, from_snapshot, profile, ros2;
     std::optional<double> snapshot_at, checkpoint_every; ///< s
     bool is_quiet = false, as_json = false, is_profiled = false;
 };
@@ -279,6 +280,13 @@ void execute(const RunOptions& options) {
         if (!options.realtime.is_asked) simulation.add_observer(*recorder);
         if (!options.from_snapshot.empty()) recorder->checkpoint(simulation);
     }
+    std::unique_ptr<ModelParameters> parameters;
+    if (!options.ros2.empty())
+        parameters = serve_parameters(options.ros2, loaded, simulation, recorder ? &*recorder : nullptr);
+    const auto before_step = [&] {
+        if (inputs) inputs->write();
+        if (parameters) parameters->apply();
+    };
     std::optional<Profiler> profiler;
     if (options.is_profiled) profiler.emplace(simulation, trace ? trace_events : 0);
 
@@ -294,7 +302,7 @@ void execute(const RunOptions& options) {
             });
         result = run_realtime(
             simulation, options.realtime, editing ? &*editing : nullptr, recorder ? &*recorder : nullptr,
-            inputs ? [&] { inputs->write(); } : std::function<void()>(),
+            inputs || parameters ? before_step : std::function<void()>(),
             [&](const std::string& progress) {
                 last = progress;
                 if (!options.is_quiet && line.is_due()) line.show(progress);
@@ -313,9 +321,9 @@ void execute(const RunOptions& options) {
             if (!options.is_quiet && wall > 1 && line.is_due()) line.show(progress.text(wall));
             return goes_on();
         };
-        if (every || event || inputs || !options.snapshot.empty())
+        if (every || event || inputs || parameters || !options.snapshot.empty())
             hooks.between_steps = [&] {
-                if (inputs) inputs->write();
+                before_step();
                 if (event && event->time >= 0) return false;
                 if (every && simulation.steps() > 0 && simulation.steps() % every == 0)
                     recorder->checkpoint(simulation);
@@ -327,6 +335,7 @@ void execute(const RunOptions& options) {
         result = run(simulation, diagram.stop, hooks);
         if (!options.is_quiet) line.finish(progress.text(result.wall));
     }
+    parameters.reset();
     result.is_interrupted = InterruptGuard::signal() != 0 && result.failure.empty();
     bool is_recording_lost = false;
     if (recorder) {
@@ -395,6 +404,13 @@ void add_run(CLI::App& app) {
     auto* realtime = command->get_option("--realtime");
     auto* editable = command->get_option("--editable"); // what these look at is replaced by an edit
     command->get_option("--inputs")->excludes(editable);
+    command
+        ->add_option(
+            "--ros2", options->ros2,
+            "show variables and parameters of the model as those of the node NAMESPACE/model of ROS 2")
+        ->type_name("NAMESPACE")
+        ->check(CLI::Validator([](std::string& name) { return wrong_namespace(name); }, ""))
+        ->excludes(command->get_option("--serve"));
     auto* snapshot = command
                          ->add_option("--snapshot", options->snapshot,
                                       "write the state of the run at its end to this file")

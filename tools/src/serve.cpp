@@ -1,6 +1,7 @@
 // bf serve: the robots of a running model, for other programs.
 #include "bf/run/recorder.hpp"
 #include "files.hpp"
+#include "model_parameters.hpp"
 #include "robots.hpp"
 #include "run.hpp"
 #include "run_realtime.hpp"
@@ -109,20 +110,29 @@ void execute(const ServeOptions& options) {
                          recording::WriterOptions{.drop_when_full = options.realtime.is_asked});
         if (!options.realtime.is_asked) simulation.add_observer(*recorder);
     }
+    std::unique_ptr<ModelParameters> parameters;
+    if (options.way->has_parameters)
+        parameters = serve_parameters(options.of_way.at(options.way->option.name + 2).back(), loaded,
+                                      simulation, recorder ? &*recorder : nullptr);
     const auto goes_on = [&] { return robots.goes_on() && !(recorder && recorder->failed()); };
     RunResult result;
     if (options.realtime.is_asked) {
         // The recorder is added by the runner; the robots see a step before it.
         simulation.add_observer(robots);
         result = run_realtime(
-            simulation, options.realtime, nullptr, recorder ? &*recorder : nullptr, {},
+            simulation, options.realtime, nullptr, recorder ? &*recorder : nullptr,
+            parameters ? [&] { parameters->apply(); } : std::function<void()>(),
             [&](const std::string&) { return goes_on(); }, [](const RunResult&) {});
     } else {
         simulation.add_observer(robots);
         RunHooks hooks;
-        hooks.between_steps = goes_on;
+        hooks.between_steps = [&] {
+            if (parameters) parameters->apply();
+            return goes_on();
+        };
         result = run(simulation, loaded.diagram.stop, hooks);
     }
+    parameters.reset();
     goes_on(); // tells what happened last
     if (recorder) recorder->close();
     if (!options.is_quiet) std::fputs(result.report.c_str(), stdout);
@@ -185,8 +195,8 @@ void add_serve(CLI::App& app) {
         "Without --realtime the model's time stands still until a controller has done its step, so that "
         "every run is "
         "the same,\nbit for bit; with it the model runs by the clock, and controllers keep up with it.\n"
-        "A diagram drives the robot by the block SharedMemory/Robot, Udp/Robot or Yarp/Robot in place of its "
-        "world.\n"
+        "A diagram drives the robot by the block SharedMemory/Robot, Udp/Robot, Yarp/Robot or Ros2/Robot in "
+        "place of its world.\n"
         "Example: bf serve examples/icub_balancing/balancing.yaml --set \"robot_is='served'\" --shm icub");
     command->callback([options, choices] {
         std::erase_if(options->of_way, [](const auto& option) { return option.second.empty(); });

@@ -2,6 +2,7 @@
 
 #include "bf/shared_memory/robot.hpp"
 #include "bf/udp/robot.hpp"
+#include "model_parameters.hpp"
 
 #include <algorithm>
 #include <cctype>
@@ -25,12 +26,6 @@ std::string wrong_prefix(const std::string& prefix) {
     return !prefix.empty() && std::ranges::all_of(prefix, is_fine)
                ? ""
                : "the robot's name is '" + prefix + "'; write letters, digits, _ and -";
-}
-
-/// As `--ros2` takes it; what ROS 2 allows in the parts it says itself.
-std::string wrong_namespace(const std::string& name) {
-    return name.empty() || name.front() != '/' ? "write a namespace that begins with /, such as / or /icub"
-                                               : "";
 }
 
 std::unique_ptr<ServedRobot> in_shared_memory(const ServeRequest& request) {
@@ -81,37 +76,43 @@ const std::vector<WayToServe>& ways_to_serve() {
         {.option =
              {"--ros2", "NAMESPACE",
               "serve it in this namespace of ROS 2, as / or /icub: joint_states, imu, wrench and /clock, and "
-              "the commands of ros2_control's controllers"},
+              "the commands of ros2_control's controllers; the model's parameters are those of the node "
+              "NAMESPACE/model"},
          .more = {},
          .wrong = wrong_namespace,
          .alone = "/clock is that of one; serve them by --shm",
          .plugin = "Ros2",
-         .make = nullptr},
+         .make = nullptr,
+         .has_parameters = true},
     };
     return ways;
+}
+
+void* function_of(const char* plugin, const char* function, const std::string& option, Registry& registry) {
+    try {
+        registry.load_plugin(plugin);
+    } catch (const PluginError& error) {
+        throw std::runtime_error(option + " needs the plugin " + plugin +
+                                 ", of which `bf doctor` says how to get it: " + error.what());
+    }
+    for (const auto& folder : registry.search_path())
+        // The registry keeps it open.
+        if (void* its = dlopen((folder / (std::string(plugin) + ".so")).c_str(), RTLD_NOW | RTLD_NOLOAD)) {
+            void* found = dlsym(its, function);
+            dlclose(its);
+            if (found == nullptr) break;
+            return found;
+        }
+    throw std::runtime_error(std::string("the plugin ") + plugin + " does not serve what " + option +
+                             " asks for; build it again with this BlockFactory");
 }
 
 std::unique_ptr<ServedRobot> make_served_robot(const WayToServe& way, const ServeRequest& request,
                                                Registry& registry) {
     if (way.make) return way.make(request);
-    try {
-        registry.load_plugin(way.plugin);
-    } catch (const PluginError& error) {
-        throw std::runtime_error(std::string(way.option.name) + " needs the plugin " + way.plugin +
-                                 ", of which `bf doctor` says how to get it: " + error.what());
-    }
-    for (const auto& folder : registry.search_path())
-        // The registry keeps it open.
-        if (void* plugin =
-                dlopen((folder / (std::string(way.plugin) + ".so")).c_str(), RTLD_NOW | RTLD_NOLOAD)) {
-            void* serve = dlsym(plugin, middleware::serve_symbol);
-            dlclose(plugin);
-            if (serve == nullptr) break;
-            return std::unique_ptr<ServedRobot>(
-                reinterpret_cast<ServedRobot* (*)(const ServeRequest&)>(serve)(request));
-        }
-    throw std::runtime_error(std::string("the plugin ") + way.plugin +
-                             " serves no robots; build it again with this BlockFactory");
+    void* serve = function_of(way.plugin, middleware::serve_symbol, way.option.name, registry);
+    return std::unique_ptr<ServedRobot>(
+        reinterpret_cast<ServedRobot* (*)(const ServeRequest&)>(serve)(request));
 }
 
 } // namespace bf::tools

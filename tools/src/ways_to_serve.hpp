@@ -24,9 +24,13 @@ struct WayToServe {
     const char* alone;
     const char* plugin; ///< that serves it; null: `make` does
     std::unique_ptr<middleware::ServedRobot> (*make)(const middleware::ServeRequest& request);
+    bool has_parameters = false; ///< the plugin shows the model's parameters, too, where `option` says
 };
 
 const std::vector<WayToServe>& ways_to_serve();
+
+/// A function of that name in a plugin, which `option` needs. Throws std::runtime_error: there is none.
+void* function_of(const char* plugin, const char* function, const std::string& option, Registry& registry);
 
 /// Throws std::runtime_error: the plugin is not there, or what it throws.
 std::unique_ptr<middleware::ServedRobot> make_served_robot(const WayToServe& way,

@@ -1,4 +1,5 @@
 #include "bundle.hpp"
+#include "model_parameters.hpp"
 #include "robots.hpp"
 #include "scenery.hpp"
 #include "session.hpp"
@@ -13,6 +14,13 @@ bool has_world(const Diagram&) { return false; }
 std::vector<std::filesystem::path> world_files_of(const Diagram&) { return {}; }
 
 service::MakeSceneries scenery_maker() { return {}; }
+
+std::unique_ptr<ModelParameters> serve_parameters(const std::string&, const LoadedModel&, Simulation&,
+                                                  Recorder*) {
+    throw CommandError(
+        "bf was built without robots and their middlewares; build it with BF_ROBOTS=ON to show "
+        "parameters to ROS 2");
+}
 
 namespace {
 

@@ -23,6 +23,7 @@ std::vector<std::string> node_arguments(const std::vector<std::string>& remap, b
 std::shared_ptr<toolbox::StreamConnection> streams_over(Node& node);
 
 void add_topics(Library& library);
+void add_calls(Library& library);
 void add_network(Library& library);
 
 } // namespace bf::ros2

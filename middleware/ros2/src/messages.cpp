@@ -9,12 +9,6 @@ namespace bf::ros2::messages {
 
 namespace {
 
-template <class T> std::shared_ptr<void> memory(T* (*create)(), void (*destroy)(T*)) {
-    T* made = create();
-    if (made == nullptr) throw std::bad_alloc();
-    return {made, [destroy](void* message) { destroy(static_cast<T*>(message)); }};
-}
-
 template <class T>
 MessageMemory type(const rosidl_message_type_support_t* support, T* (*create)(), void (*destroy)(T*)) {
     return {support, [create, destroy] { return memory(create, destroy); }};
@@ -84,6 +78,33 @@ std::shared_ptr<Service> serve(Node& node, const std::string& name,
             assign(its.message,
                    answer(static_cast<const std_srvs__srv__SetBool_Request*>(request)->data, its.success));
         });
+}
+
+namespace {
+template <class Response> std::function<void(const void*)> told(Call::Answered answered) {
+    return [answered = std::move(answered)](const void* response) {
+        const auto& its = *static_cast<const Response*>(response);
+        answered(its.success, {its.message.data, its.message.size});
+    };
+}
+} // namespace
+
+Call trigger(Node& node, const std::string& name, Call::Answered answered) {
+    return {
+        node.client(ROSIDL_GET_SRV_TYPE_SUPPORT(std_srvs, srv, Trigger), name,
+                    memory(std_srvs__srv__Trigger_Response__create, std_srvs__srv__Trigger_Response__destroy),
+                    told<std_srvs__srv__Trigger_Response>(std::move(answered))),
+        memory(std_srvs__srv__Trigger_Request__create, std_srvs__srv__Trigger_Request__destroy)};
+}
+
+Call set_bool(Node& node, const std::string& name, bool value, Call::Answered answered) {
+    auto request = memory(std_srvs__srv__SetBool_Request__create, std_srvs__srv__SetBool_Request__destroy);
+    static_cast<std_srvs__srv__SetBool_Request*>(request.get())->data = value;
+    return {
+        node.client(ROSIDL_GET_SRV_TYPE_SUPPORT(std_srvs, srv, SetBool), name,
+                    memory(std_srvs__srv__SetBool_Response__create, std_srvs__srv__SetBool_Response__destroy),
+                    told<std_srvs__srv__SetBool_Response>(std::move(answered))),
+        request};
 }
 
 } // namespace bf::ros2::messages

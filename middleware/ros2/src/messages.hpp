@@ -4,6 +4,7 @@
 #include "node.hpp"
 
 #include <geometry_msgs/msg/wrench_stamped.h>
+#include <new>
 #include <rosgraph_msgs/msg/clock.h>
 #include <sensor_msgs/msg/imu.h>
 #include <sensor_msgs/msg/joint_state.h>
@@ -31,6 +32,13 @@ const MessageMemory& numbers();
 const MessageMemory& trajectory();
 const MessageMemory& wrench();
 
+/// Of a C type, by its own functions. Throws std::bad_alloc.
+template <class T> std::shared_ptr<void> memory(T* (*create)(), void (*destroy)(T*)) {
+    T* made = create();
+    if (made == nullptr) throw std::bad_alloc();
+    return {made, [destroy](void* message) { destroy(static_cast<T*>(message)); }};
+}
+
 /// Throws std::bad_alloc.
 template <class T> std::shared_ptr<T> make(const MessageMemory& type) {
     return std::static_pointer_cast<T>(type.make());
@@ -49,5 +57,18 @@ std::shared_ptr<Service> serve(Node& node, const std::string& name,
                                std::function<std::string(bool& is_done)> answer);
 std::shared_ptr<Service> serve(Node& node, const std::string& name,
                                std::function<std::string(bool asked, bool& is_done)> answer);
+
+/// A call of such a service. What others answer is told in the waiting thread: whether it is done, or why
+/// not.
+struct Call {
+    using Answered = std::function<void(bool is_done, const std::string& why)>;
+    std::shared_ptr<Client> client;
+    std::shared_ptr<void> request;
+
+    bool has_server() const noexcept { return client->has_server(); }
+    bool send() noexcept { return client->call(request.get()); }
+};
+Call trigger(Node& node, const std::string& name, Call::Answered answered);
+Call set_bool(Node& node, const std::string& name, bool value, Call::Answered answered);
 
 } // namespace bf::ros2::messages

@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <dlfcn.h>
 #include <rcl/error_handling.h>
+#include <rcl/graph.h>
 #include <rcutils/logging.h>
 #include <stdexcept>
 #include <unistd.h>
@@ -37,6 +39,14 @@ bool is_set(const char* variable) {
     return value != nullptr && *value != '\0';
 }
 
+/// That of a package of bf deploy, beside the folder of this plugin.
+std::string packed_profile() {
+    Dl_info its{};
+    if (dladdr(reinterpret_cast<const void*>(&check), &its) == 0 || its.dli_fname == nullptr) return "";
+    const std::string file = its.dli_fname;
+    return file.substr(0, file.rfind('/')) + "/../../share/blockfactory/loopback.xml";
+}
+
 /// Where nothing can be done about it.
 void ignore(rcl_ret_t code) noexcept {
     if (code != RCL_RET_OK) rcl_reset_error();
@@ -61,9 +71,9 @@ Context::Context(const NodeOptions& options) {
         rcl_init_options_get_rmw_init_options(&init)->discovery_options.automatic_discovery_range =
             RMW_AUTOMATIC_DISCOVERY_RANGE_LOCALHOST;
         // Fast DDS would listen to all networks all the same.
-        if (const char* profile = BF_ROS2_PREFIX "/share/blockfactory/loopback.xml";
-            access(profile, R_OK) == 0)
-            setenv("FASTDDS_DEFAULT_PROFILES_FILE", profile, 0);
+        for (const auto& profile : {std::string(loopback_profile), packed_profile()})
+            if (access(profile.c_str(), R_OK) == 0)
+                setenv("FASTDDS_DEFAULT_PROFILES_FILE", profile.c_str(), 0);
     }
     std::vector<const char*> arguments{"blockfactory", "--ros-args"};
     for (const auto& argument : options.arguments) arguments.push_back(argument.c_str());
@@ -168,6 +178,33 @@ void Service::take() {
     rcl_reset_error();
 }
 
+Client::Client(std::shared_ptr<Context> context, const rosidl_service_type_support_t* support,
+               const std::string& name, std::shared_ptr<void> response,
+               std::function<void(const void*)> answered)
+    : context_(std::move(context)), response_(std::move(response)), answered_(std::move(answered)) {
+    const auto options = rcl_client_get_default_options();
+    check(rcl_client_init(&handle_, &context_->node, support, name.c_str(), &options),
+          "the service '" + name + "' cannot be called");
+}
+Client::~Client() { ignore(rcl_client_fini(&handle_, &context_->node)); }
+bool Client::has_server() const noexcept {
+    bool has = false;
+    ignore(rcl_service_server_is_available(&context_->node, &handle_, &has));
+    return has;
+}
+bool Client::call(const void* request) noexcept {
+    std::int64_t number = 0;
+    const auto code = rcl_send_request(&handle_, request, &number);
+    ignore(code);
+    return code == RCL_RET_OK;
+}
+void Client::add_to(rcl_wait_set_t& set) { ignore(rcl_wait_set_add_client(&set, &handle_, nullptr)); }
+void Client::take() {
+    rmw_request_id_t its{};
+    while (rcl_take_response(&handle_, &its, response_.get()) == RCL_RET_OK) answered_(response_.get());
+    rcl_reset_error();
+}
+
 // ---- the node
 
 void Node::open() {
@@ -234,6 +271,13 @@ std::shared_ptr<Service> Node::serve(const rosidl_service_type_support_t* suppor
                                              std::move(answer)));
 }
 
+std::shared_ptr<Client> Node::client(const rosidl_service_type_support_t* support, const std::string& name,
+                                     std::shared_ptr<void> response,
+                                     std::function<void(const void*)> answered) {
+    return awaited(
+        std::make_shared<Client>(context_, support, name, std::move(response), std::move(answered)));
+}
+
 void Node::add(const std::shared_ptr<Sender>& sender) {
     const std::lock_guard lock(mutex_);
     senders_.push_back(sender);
@@ -264,11 +308,14 @@ void Node::wait() {
                 all = alive(awaited_);
             }
             // A call that comes behind a message is answered behind it.
-            const auto services = static_cast<std::size_t>(
-                all.end() - std::stable_partition(all.begin(), all.end(),
-                                                  [](const auto& each) { return !each->is_service(); }));
+            std::ranges::stable_sort(all, {}, [](const auto& each) { return each->kind(); });
+            const auto of = [&](Awaited::Kind kind) {
+                return static_cast<std::size_t>(
+                    std::ranges::count(all, kind, [](const auto& each) { return each->kind(); }));
+            };
             ignore(rcl_wait_set_fini(&set));
-            if (rcl_wait_set_init(&set, all.size() - services, 1, 0, 0, services, 0, &context_->context,
+            if (rcl_wait_set_init(&set, of(Awaited::Kind::message), 1, 0, of(Awaited::Kind::answer),
+                                  of(Awaited::Kind::call), 0, &context_->context,
                                   rcl_get_default_allocator()) != RCL_RET_OK)
                 return;
         }

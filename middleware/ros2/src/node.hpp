@@ -20,6 +20,9 @@ struct NodeOptions {
     std::vector<std::string> arguments = {}; ///< as behind --ros-args
 };
 
+/// By which Fast DDS listens to this computer alone.
+inline constexpr const char* loopback_profile = BF_ROS2_PREFIX "/share/blockfactory/loopback.xml";
+
 /// Throws std::runtime_error: what failed, and why as rcl says it.
 void check(rcl_ret_t code, const std::string& what);
 
@@ -48,11 +51,12 @@ struct Context {
 /// What the waiting thread waits for.
 class Awaited {
   public:
+    enum class Kind { message, answer, call };
     virtual ~Awaited() = default;
+    virtual Kind kind() const noexcept { return Kind::message; }
     virtual void add_to(rcl_wait_set_t& set) = 0;
     /// Takes what has come, if anything has.
     virtual void take() = 0;
-    virtual bool is_service() const { return false; }
 };
 
 /// Makes memory for a message of a type, and frees it.
@@ -102,13 +106,36 @@ class Service final : public Awaited {
     ~Service() override;
     void add_to(rcl_wait_set_t& set) override;
     void take() override;
-    bool is_service() const override { return true; }
+    Kind kind() const noexcept override { return Kind::call; }
 
   private:
     std::shared_ptr<Context> context_;
     rcl_service_t handle_ = rcl_get_zero_initialized_service();
     std::shared_ptr<void> request_, response_;
     std::function<void(const void*, void*)> answer_;
+};
+
+/// The other side of a service.
+class Client final : public Awaited {
+  public:
+    /// `answered(response)` is called in the waiting thread for each answer; it owns all that it uses.
+    Client(std::shared_ptr<Context> context, const rosidl_service_type_support_t* support,
+           const std::string& name, std::shared_ptr<void> response,
+           std::function<void(const void*)> answered);
+    ~Client() override;
+    /// Does somebody offer the service?
+    bool has_server() const noexcept;
+    /// From any one thread that is no step; the answer comes later. False: it is not sent.
+    bool call(const void* request) noexcept;
+    void add_to(rcl_wait_set_t& set) override;
+    void take() override;
+    Kind kind() const noexcept override { return Kind::answer; }
+
+  private:
+    std::shared_ptr<Context> context_;
+    rcl_client_t handle_ = rcl_get_zero_initialized_client();
+    std::shared_ptr<void> response_;
+    std::function<void(const void*)> answered_;
 };
 
 /// What the sending thread sends, when somebody has left something.
@@ -137,6 +164,8 @@ class Node {
     std::shared_ptr<Service> serve(const rosidl_service_type_support_t* support, const std::string& name,
                                    std::shared_ptr<void> request, std::shared_ptr<void> response,
                                    std::function<void(const void*, void*)> answer);
+    std::shared_ptr<Client> client(const rosidl_service_type_support_t* support, const std::string& name,
+                                   std::shared_ptr<void> response, std::function<void(const void*)> answered);
     /// The sending thread looks at it as long as somebody else has it, too.
     void add(const std::shared_ptr<Sender>& sender);
     /// Wakes the sending thread; in steps, too.

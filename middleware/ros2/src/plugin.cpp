@@ -2,7 +2,11 @@
 #include "bf/middleware/served_robot.hpp"
 #include "blocks.hpp"
 #include "end.hpp"
+#include "messages.hpp"
+#include "parameters.hpp"
 #include "robot.hpp"
+
+#include <cstdlib>
 
 namespace bf::ros2 {
 
@@ -31,6 +35,15 @@ class RobotBlock final : public middleware::RemoteRobot {
                                 {.initial = false,
                                  .doc = "the robot's time is that of its states' headers, as of a simulator, "
                                         "which then drives the loop"}};
+    Argument<double> step_size{
+        this,
+        "step_size",
+        {.initial = 0,
+         .minimum = 0,
+         .maximum = 10,
+         .doc =
+             "of a robot that stands still until it is commanded, as bf serve --ros2 has it, s: it goes on "
+             "with each step of the diagram; 0: its time goes on by itself"}};
     Argument<std::string> states{
         this, "states", {.initial = "joint_states", .doc = "topic of sensor_msgs/msg/JointState"}};
     Argument<std::string> effort{this,
@@ -74,6 +87,7 @@ class RobotBlock final : public middleware::RemoteRobot {
                                                            wrenches,
                                                            imus,
                                                            use_sim_time,
+                                                           step_size,
                                                            start_timeout}),
                                               interval, silence);
     }
@@ -92,6 +106,29 @@ extern "C" bf::middleware::ServedRobot* bf_serve_robot_v1(const bf::middleware::
         .release();
 }
 
+/// What `bf deploy` packs: a node that is alone has opened all that runs open.
+extern "C" const char* const* bf_deploy_v1() {
+    static const char* const files[] = {bf::ros2::loopback_profile, nullptr};
+    setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF", 1);
+    namespace messages = bf::ros2::messages;
+    bf::ros2::Node node({.name = "packed", .name_space = "/", .arguments = {}});
+    node.open();
+    int count = 0; // each type has a topic of its own
+    for (const auto* type : {&messages::clock(), &messages::imu(), &messages::joint_state(),
+                             &messages::numbers(), &messages::trajectory(), &messages::wrench()})
+        node.advertise(*type, "packed_" + std::to_string(count++), {});
+    const messages::Call calls[] = {messages::trigger(node, "packed_trigger", [](auto...) {}),
+                                    messages::set_bool(node, "packed_bool", true, [](auto...) {})};
+    node.close();
+    return files;
+}
+
+extern "C" bf::middleware::ServedParameters* bf_serve_parameters_v1(bf::middleware::ParameterSource& source,
+                                                                    const std::string& where) {
+    return bf::ros2::serve_parameters(source, {.name = "model", .name_space = where, .arguments = {}})
+        .release();
+}
+
 extern "C" void bf_plugin_v1(bf::Library& library) {
     library.group("robot").add<bf::ros2::RobotBlock>(
         "Robot",
@@ -104,9 +141,12 @@ extern "C" void bf_plugin_v1(bf::Library& library) {
         "commanded; "
         "when the run ends, or has not stepped for `silence` s, it sends zero efforts and velocities, and "
         "positions "
-        "stay. Limits are not known. "
+        "stay. Limits are not known. With `step_size` the thread steps the robot instead, in lockstep with "
+        "the "
+        "diagram, by commands and the service robot/step (std_srvs/srv/Trigger). "
         "Errors: no states, or not of all joints, within start_timeout; in a step: the mode is refused where "
         "nobody listens to its topic; those of SharedMemory/Robot.");
     bf::ros2::add_network(library);
     bf::ros2::add_topics(library);
+    bf::ros2::add_calls(library);
 }

@@ -3,11 +3,13 @@
 #include "bf/base/names.hpp"
 #include "bf/core/interrupt.hpp"
 #include "bf/core/value.hpp"
+#include "bf/middleware/bell.hpp"
 #include "bf/middleware/clock.hpp"
 #include "messages.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -42,6 +44,8 @@ namespace {
 constexpr double longest_silence = 0.1; ///< s; older states are none
 constexpr double slowest = 0.05;        ///< s; shortest way of a trajectory
 constexpr double usual_speed = 0.5;     ///< rad/s of trajectories without a limit
+constexpr double longest_step = 5;      ///< s that a robot may take which stands still otherwise
+constexpr double never = -std::numeric_limits<double>::infinity();
 
 /// A sensor's newest message.
 struct SensorTopic {
@@ -52,6 +56,7 @@ struct SensorTopic {
     }
     std::string name, topic;
     VectorXd values;
+    double stamp = never; ///< s
     std::shared_ptr<Subscription> subscription;
 };
 
@@ -73,12 +78,13 @@ class Robot final : public toolbox::RobotConnection {
         const double end = middleware::now() + 0.9 * options_.start_timeout; // so that it says why itself
         node_.open();
         for (auto* values : {&position_, &velocity_, &effort_}) values->setZero(n_);
-        came_.setConstant(n_, -std::numeric_limits<double>::infinity());
+        came_.setConstant(n_, never);
         has_velocity_ = has_effort_ = false;
         stamp_ = 0;
         names_.clear();
-        // Best effort hears all writers, and only the newest counts.
-        const Quality newest{1, false};
+        // Best effort hears all writers, and only the newest counts. A robot that stands still sends each
+        // state once, so none may be lost.
+        const Quality newest{1, options_.step_size > 0};
         states_ =
             node_.subscribe(messages::joint_state(), options_.states, newest, [this](const void* message) {
                 take(*static_cast<const messages::JointState*>(message));
@@ -92,16 +98,19 @@ class Robot final : public toolbox::RobotConnection {
         });
         for (auto& sensor : wrenches_) {
             sensor.values.setZero(middleware::wrench_size);
+            sensor.stamp = never;
             sensor.subscription = node_.subscribe(
                 messages::wrench(), sensor.topic, newest, [this, &sensor](const void* message) {
                     const auto& its = static_cast<const messages::Wrench*>(message)->wrench;
                     const std::lock_guard lock(mutex_);
                     put(sensor.values.head<3>(), its.force);
                     put(sensor.values.tail<3>(), its.torque);
+                    has_come(sensor, static_cast<const messages::Wrench*>(message)->header.stamp);
                 });
         }
         for (auto& sensor : imus_) {
             sensor.values.setZero(middleware::imu_size);
+            sensor.stamp = never;
             sensor.subscription =
                 node_.subscribe(messages::imu(), sensor.topic, newest, [this, &sensor](const void* message) {
                     const auto& its = *static_cast<const messages::Imu*>(message);
@@ -110,6 +119,7 @@ class Robot final : public toolbox::RobotConnection {
                     sensor.values.head<3>() = roll_pitch_yaw_of({q.x, q.y, q.z, q.w});
                     put(sensor.values.segment<3>(3), its.linear_acceleration);
                     put(sensor.values.segment<3>(6), its.angular_velocity);
+                    has_come(sensor, its.header.stamp);
                 });
         }
         for (const auto& [mode, topic, type] :
@@ -126,12 +136,14 @@ class Robot final : public toolbox::RobotConnection {
         };
         for (const double until = middleware::now() + 0.3; !are_heard() && middleware::now() < until;)
             std::this_thread::sleep_for(std::chrono::milliseconds(5));
+        if (options_.step_size > 0) halt(end);
     }
     void stop() noexcept override {
         if (!node_.context()) return;
         leave();
         node_.close(); // whose threads write what is cleared now
         publishers_.clear();
+        step_ = {};
         states_.reset();
         clock_.reset();
         for (auto* sensors : {&wrenches_, &imus_})
@@ -147,8 +159,26 @@ class Robot final : public toolbox::RobotConnection {
         return stamp_;
     }
 
+    double step_size() const { return options_.step_size; }
+    /// Lets a robot that stands still do that many steps, and waits for what was measured then. Each command
+    /// is a step, and where there is none it is asked for one.
+    bool advance(int steps) noexcept {
+        for (; steps > 0; --steps) {
+            due_ += options_.step_size;
+            if (!std::exchange(is_written_, false)) step_.send();
+            bell_.wait(longest_step, [&] { return are_there(); });
+            if (are_there()) continue;
+            const std::lock_guard lock(mutex_);
+            std::snprintf(error_, sizeof error_, "does not go on from t = %.9g s%s%s", stamp_,
+                          why_not_[0] == '\0' ? "; look at its server" : ": ", why_not_);
+            return false;
+        }
+        return true;
+    }
+
     bool read(Measurement what, Eigen::Ref<VectorXd> values) noexcept override {
-        if (age() > longest_silence) return told(false, "no state of all joints on", options_.states);
+        if (options_.step_size == 0 && age() > longest_silence)
+            return told(false, "no state of all joints on", options_.states);
         const std::lock_guard lock(mutex_);
         switch (what) {
         case Measurement::joint_position: values = position_; return true;
@@ -201,10 +231,12 @@ class Robot final : public toolbox::RobotConnection {
             if (target_.size() == n_ && references == target_) return true; // it is on its way
             target_ = references;
             go_to(*found->second.end);
+            is_written_ = true;
             return true;
         }
         target_.resize(0);
         send(*found->second.end, references);
+        is_written_ = true;
         return true;
     }
     const ErrorText& error() const noexcept override { return error_; }
@@ -258,6 +290,59 @@ class Robot final : public toolbox::RobotConnection {
             // Programs that tell of some of the joints each are not equally far.
             stamp_ = std::max(stamp_, messages::seconds(state.header.stamp));
         }
+        bell_.ring();
+    }
+    /// With the lock held.
+    void has_come(SensorTopic& sensor, const messages::Time& stamp) {
+        sensor.stamp = messages::seconds(stamp);
+        bell_.ring();
+    }
+    /// Has all come that was measured at the time where the robot is to be?
+    bool are_there() const {
+        const std::lock_guard lock(mutex_);
+        const double from = due_ - options_.step_size / 2;
+        const auto is_there = [&](const SensorTopic& sensor) { return sensor.stamp >= from; };
+        return stamp_ >= from && std::ranges::all_of(wrenches_, is_there) &&
+               std::ranges::all_of(imus_, is_there);
+    }
+    /// Lets the robot stand still until it is stepped.
+    void halt(double end) {
+        const auto answered = [this](bool is_done, const std::string& why) {
+            const std::lock_guard lock(mutex_);
+            if (!is_done) std::snprintf(why_not_, sizeof why_not_, "%s", why.c_str());
+        };
+        enum { nothing, good, bad };
+        const auto answer = std::make_shared<std::atomic<int>>(nothing); // which may come when this is over
+        step_ = messages::trigger(node_, "robot/step", answered);
+        auto pause = messages::set_bool(node_, "robot/pause", true,
+                                        [answer, answered](bool is_done, const std::string& why) {
+                                            answered(is_done, why);
+                                            *answer = is_done ? good : bad;
+                                        });
+        const auto wait_for = [&](auto&& is_so) {
+            while (!is_so() && middleware::now() < end) {
+                if (is_interrupted()) throw std::runtime_error(interrupted);
+                std::this_thread::sleep_for(std::chrono::milliseconds(2));
+            }
+            return is_so();
+        };
+        if (!wait_for([&] { return step_.has_server() && pause.has_server(); }))
+            throw std::runtime_error(
+                "it has no services 'robot/step' and 'robot/pause', as those of bf serve "
+                "--ros2; with step_size: 0 its time goes on by itself");
+        if (pause.send()) wait_for([&] { return *answer != nothing; });
+        if (*answer != good) {
+            const std::lock_guard lock(mutex_);
+            throw std::runtime_error(
+                std::string("it does not stand still: ") +
+                (*answer == bad ? why_not_ : "its service 'robot/pause' does not answer"));
+        }
+        std::this_thread::sleep_for(std::chrono::milliseconds(20)); // a step under way ends
+        due_ = time();
+        is_written_ = false;
+        if (!wait_for([&] { return are_there(); }))
+            throw std::runtime_error("its sensors tell nothing of t = " + Value(due_).describe() +
+                                     " s, at which it stands still; correct their topics");
     }
     void wait_for_all(double end) {
         std::vector<std::string> missing;
@@ -332,6 +417,11 @@ class Robot final : public toolbox::RobotConnection {
     bool has_velocity_ = false, has_effort_ = false;
     double stamp_ = 0;
     std::optional<ControlMode> mode_;
+    messages::Call step_;
+    middleware::Bell bell_{};
+    double due_ = 0;          ///< time to which the robot is to go, s
+    bool is_written_ = false; ///< a command, since it went on
+    char why_not_[150] = "";  ///< it did not do a step; with the lock
     VectorXd target_;
     double speed_ = usual_speed;
     std::shared_ptr<messages::Numbers> numbers_ = messages::make<messages::Numbers>(messages::numbers());
@@ -364,8 +454,13 @@ middleware::WaitingDriver make_driver(const RobotOptions& options) {
     auto robot = std::make_unique<Robot>(options);
     auto device = std::make_unique<Device>(options, *robot);
     middleware::WaitingDriver driver{std::move(device), std::move(robot)};
-    if (options.use_sim_time)
-        driver.clock = [its = static_cast<const Robot*>(driver.robot.get())] { return its->time(); };
+    auto* its = static_cast<Robot*>(driver.robot.get());
+    if (options.use_sim_time) driver.clock = [its] { return its->time(); };
+    if (options.step_size > 0) {
+        driver.time = [its] { return its->time(); };
+        driver.period = [its] { return its->step_size(); };
+        driver.advance = [its](int steps) { return its->advance(steps); };
+    }
     return driver;
 }
 

@@ -25,7 +25,9 @@ struct RobotOptions {
     CommandTopics commands;
     std::vector<std::string> wrenches, imus; ///< "sensor=topic" each
     bool use_sim_time;                       ///< the robot's time is that of its messages
-    double start_timeout;                    ///< s
+    double
+        step_size; ///< of a robot that stands still until it is commanded, s; 0: its time goes on by itself
+    double start_timeout; ///< s
 };
 
 /// A driver whose calls wait. Nothing is opened yet.

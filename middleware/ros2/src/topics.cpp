@@ -4,14 +4,10 @@
 #include "bf/middleware/clock.hpp"
 #include "bf/middleware/exchange.hpp"
 #include "blocks.hpp"
-#include "types.hpp"
+#include "fields.hpp"
 
 #include <algorithm>
 #include <atomic>
-#include <charconv>
-#include <cstdio>
-#include <map>
-#include <set>
 #include <stdexcept>
 #include <thread>
 
@@ -24,18 +20,6 @@ using middleware::ExchangeBuffer;
 /// What a block has opened in a run. It is not part of snapshots.
 template <class End> struct Opened { std::shared_ptr<End> end; };
 
-/// The text of a Status, as long as the block.
-struct Text {
-    explicit Text(const std::string& text) { std::snprintf(letters, sizeof letters, "%s", text.c_str()); }
-    char letters[400];
-};
-
-/// A field, and where its numbers are among all of a message.
-struct Place {
-    const Field* field;
-    int first, size;
-};
-
 /// What Publish and Subscribe have in common.
 class Topic : public Block {
   public:
@@ -47,18 +31,11 @@ class Topic : public Block {
             problem(std::string("argument 'type': ") + error.what());
             return;
         }
-        for (const auto& path : *fields) {
-            const Field* field = type_->field(path);
-            if (field == nullptr || !is_number(*field))
-                problem("argument 'fields': " + type_->name() + " has no numbers '" + path + "'; it has " +
-                        name_list(paths(true)));
-            else
-                wanted_.push_back(field);
-        }
-        if (fields->empty())
-            for (const auto& field : type_->fields())
-                if (is_number(field) && (is_stamp_port || field.path != stamp_path))
-                    wanted_.push_back(&field);
+        std::vector<std::string> problems;
+        wanted_ = fields_of(*type_, fields, problems);
+        if (fields->empty() && !is_stamp_port)
+            std::erase_if(wanted_, [](const Field* field) { return field->path == stamp_path; });
+        tell(problems);
     }
 
     Argument<std::string> topic{
@@ -99,14 +76,8 @@ class Topic : public Block {
     static constexpr const char* frame_doc =
         "of the message's header; Subscribe: a message of another frame is an error, unless this is empty";
 
-    static bool is_number(const Field& field) {
-        return field.kind != Field::Kind::text && field.kind != Field::Kind::texts;
-    }
-    std::vector<std::string> paths(bool are_numbers) const {
-        std::vector<std::string> all;
-        for (const auto& field : type_->fields())
-            if (is_number(field) == are_numbers) all.push_back(field.path);
-        return all;
+    void tell(std::vector<std::string>& problems) {
+        for (auto& text : problems) problem(std::move(text));
     }
     Quality quality() const { return {depth, *reliability == "reliable", *durability == "transient_local"}; }
 
@@ -160,40 +131,17 @@ class Publish final : public Topic {
   public:
     explicit Publish(const Arguments& arguments) : Topic(arguments, false) {
         if (!type_) return;
-        for (const Field* field : wanted_) {
-            About about{.unit = any_unit};
-            const std::string doc = type_->name() + ": " + field->path;
-            Port port{field, {}, {}, -1};
-            if (field->is_scalar) {
-                const Input<double> key(this, field->port(), about);
-                set(port, key, doc);
-                port.data = [key](Now at) { return &at[key]; };
-            } else {
-                const bool is_any = field->kind == Field::Kind::sequence;
-                about.shape = is_any ? Shape(Dim(this, ("n_" + field->port()).c_str())) : Shape(field->size);
-                const Input<Vector> key(this, field->port(), about);
-                set(port, key, doc);
-                port.data = [key](Now at) { return at[key].data(); };
-                port.size = [key](Now at) { return static_cast<int>(at[key].size()); };
-            }
-            ports_.push_back(std::move(port));
-        }
+        inputs_.add(*this, *type_, wanted_);
         stamp_ = *stamp == "none" ? nullptr : type_->field(stamp_path);
-        if (!frame_id->empty()) add_text(frame_path, {*frame_id});
-        for (const auto& text : *texts) {
-            const auto equals = text.find('=');
-            if (equals == std::string::npos) {
-                problem("argument 'texts': '" + text + "' is not given as field=text");
-                continue;
-            }
-            std::vector<std::string> parts{""};
-            for (const char letter : text.substr(equals + 1))
-                if (letter == ',')
-                    parts.emplace_back();
-                else
-                    parts.back() += letter;
-            add_text(text.substr(0, equals), parts);
-        }
+        std::vector<std::string> problems;
+        texts_ = texts_of(*type_, texts, problems);
+        const Field* frame = type_->field(frame_path);
+        if (!frame_id->empty() && frame == nullptr)
+            problems.push_back(type_->name() + " has no text '" + frame_path + "'; it has " +
+                               name_list(paths(*type_, false)));
+        else if (!frame_id->empty())
+            texts_.emplace_back(frame, std::vector<std::string>{*frame_id});
+        tell(problems);
     }
 
     Argument<std::vector<std::string>> texts{
@@ -211,21 +159,12 @@ class Publish final : public Topic {
     Scratch<std::vector<double>> values{this, [] { return std::vector<double>(); }};
 
     void start(Now at) const override {
-        std::vector<Place> places;
-        int size = 0;
-        for (const auto& port : ports_) {
-            if (!port.is_wired(at)) continue; // it stays what messages begin with
-            const int its = port.size ? port.size(at) : 1;
-            if (port.field->kind == Field::Kind::sequence && port.field->size > 0 && its > port.field->size)
-                throw std::runtime_error("input '" + port.field->port() + "' has " + std::to_string(its) +
-                                         " elements, but " + type_->name() + " has room for " +
-                                         std::to_string(port.field->size) + " in '" + port.field->path + "'");
-            places.push_back({port.field, size + 1, its});
-            size += its;
-        }
+        auto places = inputs_.places(at, 1);
+        const int size = places.empty() ? 0 : places.back().first + places.back().size - 1;
         Node& its = at[node];
         its.open();
-        auto end = std::make_shared<Outgoing>(its.context(), type_, places, size, stamp_, *stamp == "model");
+        auto end = std::make_shared<Outgoing>(its.context(), type_, std::move(places), size, stamp_,
+                                              *stamp == "model");
         for (const auto& [field, its_texts] : texts_) field->write(end->message.get(), its_texts);
         end->publisher = its.advertise(type_->memory(), topic, quality());
         its.add(end);
@@ -243,40 +182,14 @@ class Publish final : public Topic {
     Status output(Now at, Out) const noexcept override {
         auto& all = at[values];
         all[0] = at.time();
-        auto to = all.begin() + 1;
-        for (const auto& port : ports_) {
-            if (!port.is_wired(at)) continue;
-            const double* from = port.data(at);
-            to = std::copy(from, from + (port.size ? port.size(at) : 1), to);
-        }
+        inputs_.copy(at, all.data() + 1);
         at[outgoing].end->newest.write(all.data(), middleware::now());
         at[node].bell().ring();
         return ok;
     }
 
   private:
-    struct Port {
-        const Field* field;
-        std::function<const double*(Now)> data;
-        std::function<int(Now)> size;
-        int slot;
-        std::function<bool(Now)> is_wired = nullptr;
-    };
-    template <class Key> void set(Port& port, const Key& key, const std::string& doc) {
-        auto& slot = detail::declared_by(*this).slots[static_cast<std::size_t>(key.index())];
-        slot.doc = doc;
-        slot.optional = port.field->kind != Field::Kind::sequence;
-        port.is_wired = [key](Now at) { return at.is_connected(key); };
-    }
-    void add_text(const std::string& path, const std::vector<std::string>& values) {
-        const Field* field = type_->field(path);
-        if (field == nullptr || is_number(*field))
-            problem(type_->name() + " has no text '" + path + "'; it has " + name_list(paths(false)));
-        else
-            texts_.emplace_back(field, values);
-    }
-
-    std::vector<Port> ports_;
+    FieldInputs inputs_;
     const Field* stamp_ = nullptr;
     std::vector<std::pair<const Field*, std::vector<std::string>>> texts_;
 };
@@ -297,18 +210,11 @@ class Incoming {
             is_of_other_frame = true;
             return;
         }
-        std::fill(values_.begin(), values_.end(), 0.0);
-        for (std::size_t i = 0; i < places_.size(); ++i) {
-            const auto& [field, first, size] = places_[i];
-            const auto length = field->length(message);
-            if (length > static_cast<std::size_t>(size)) {
-                too_long_size = static_cast<int>(std::min<std::size_t>(length, INT32_MAX));
-                too_long = static_cast<int>(i);
-                return;
-            }
-            field->read(message, &values_[static_cast<std::size_t>(first)], static_cast<std::size_t>(size));
-            if (field->kind == Field::Kind::sequence)
-                values_[static_cast<std::size_t>(first + size)] = static_cast<double>(length);
+        int count = 0;
+        if (const int wrong = read(message, places_, values_, count); wrong >= 0) {
+            too_long_size = count;
+            too_long = wrong;
+            return;
         }
         newest.write(values_.data(), middleware::now());
     }
@@ -334,48 +240,12 @@ class Subscribe final : public Topic {
         if (!type_) return;
         if (!frame_id->empty() && type_->field(frame_path) == nullptr)
             problem("argument 'frame_id': " + type_->name() + " has no header with a frame");
-        const auto bounds = read_sizes();
-        for (const Field* field : wanted_) {
-            Place place{field, size_, field->size};
-            if (field->kind == Field::Kind::sequence) {
-                const auto bound = bounds.find(field->path);
-                if (bound != bounds.end()) place.size = bound->second;
-                if (place.size == 0) {
-                    if (!fields->empty())
-                        problem("argument 'sizes' is to say how many elements '" + field->path +
-                                "' has at most, such as " + field->path + "=7");
-                    continue; // it cannot be a port
-                }
-            }
-            const auto add = [&](const std::string& name, bool is_scalar, int size, const std::string& doc) {
-                About about{.unit = any_unit};
-                Port port{size, {}};
-                int slot = -1;
-                if (is_scalar) {
-                    const Output<double> key(this, name, about);
-                    port.data = [key](Out out) { return &out[key]; };
-                    slot = key.index();
-                } else {
-                    about.shape = {size};
-                    const Output<Vector> key(this, name, about);
-                    port.data = [key](Out out) { return out[key].data(); };
-                    slot = key.index();
-                }
-                detail::declared_by(*this).slots[static_cast<std::size_t>(slot)].doc = doc;
-                ports_.push_back(std::move(port));
-                size_ += size;
-            };
-            const std::string of = type_->name() + ": " + field->path;
-            add(field->port(), field->is_scalar, place.size, of);
-            if (field->kind == Field::Kind::sequence)
-                add(field->port() + "_length", true, 1, "how many elements of " + field->path + " came");
-            places_.push_back(place);
-            too_long_.emplace_back("a message has {} elements in '" + field->path +
-                                   "', but at most {} are expected; raise argument 'sizes'");
-        }
-        if (places_.empty() && fields->empty())
+        std::vector<std::string> problems;
+        outputs_.add(*this, *type_, wanted_, !fields->empty(), sizes, problems);
+        tell(problems);
+        if (outputs_.places().empty() && fields->empty())
             problem(type_->name() + " has no numbers of a known size; say by argument 'sizes' how many " +
-                    name_list(paths(true)) + " has at most, such as position=7");
+                    name_list(paths(*type_, true)) + " has at most, such as position=7");
     }
 
     Argument<std::vector<std::string>> sizes{
@@ -403,12 +273,12 @@ class Subscribe final : public Topic {
     Output<double> received{this, "received", {.doc = "messages so far"}};
     OutsideState<Opened<Incoming>> incoming{this, [] { return std::make_shared<Opened<Incoming>>(); }};
     Scratch<std::vector<double>> values{
-        this, [this] { return std::vector<double>(static_cast<std::size_t>(size_)); }};
+        this, [this] { return std::vector<double>(static_cast<std::size_t>(outputs_.size())); }};
 
     void start(Now at) const override {
         Node& its = at[node];
         its.open();
-        auto end = std::make_shared<Incoming>(type_, places_, size_, frame_id);
+        auto end = std::make_shared<Incoming>(type_, outputs_.places(), outputs_.size(), frame_id);
         std::fill(at[values].begin(), at[values].end(), 0.0);
         // The thread keeps what it writes to, but not the subscription, which ends with the run.
         const std::weak_ptr<Incoming> to = end;
@@ -433,11 +303,7 @@ class Subscribe final : public Topic {
         if (const Status bad = failure(end); !bad) return bad;
         auto& all = at[values];
         end.newest.read(all.data(), end.taken);
-        const double* from = all.data();
-        for (const auto& port : ports_) {
-            std::copy(from, from + port.size, port.data(out));
-            from += port.size;
-        }
+        outputs_.copy(all.data(), out);
         const double its_age = middleware::now() - (end.taken.number == 0 ? end.begin : end.taken.time);
         out[age] = its_age;
         out[received] = static_cast<double>(end.taken.number);
@@ -448,43 +314,14 @@ class Subscribe final : public Topic {
     }
 
   private:
-    struct Port {
-        int size;
-        std::function<double*(Out)> data;
-    };
     Status failure(const Incoming& end) const noexcept {
         if (end.is_of_other_frame)
             return Status::failure("a message is of another frame than argument 'frame_id' says");
         const int place = end.too_long;
         if (place < 0) return ok;
-        return Status::failure(too_long_[static_cast<std::size_t>(place)].letters, end.too_long_size.load(),
-                               places_[static_cast<std::size_t>(place)].size);
+        return outputs_.too_long(place, end.too_long_size);
     }
-    std::map<std::string, int> read_sizes() {
-        std::map<std::string, int> bounds;
-        for (const auto& text : *sizes) {
-            const auto equals = text.find('=');
-            const std::string path = text.substr(0, equals);
-            const Field* field = type_->field(path);
-            int size = 0;
-            if (equals != std::string::npos)
-                std::from_chars(text.data() + equals + 1, text.data() + text.size(), size);
-            if (size < 1 || size > 1'000'000)
-                problem("argument 'sizes': '" + text +
-                        "' is not given as field=size, with a size from 1 to 1000000");
-            else if (field == nullptr || field->kind != Field::Kind::sequence)
-                problem("argument 'sizes': " + type_->name() + " has no '" + path +
-                        "' of any number of elements; it has " + name_list(paths(true)));
-            else
-                bounds[path] = size;
-        }
-        return bounds;
-    }
-
-    std::vector<Place> places_;
-    std::vector<Port> ports_;
-    std::vector<Text> too_long_; ///< what is said of each place
-    int size_ = 0;
+    FieldOutputs outputs_;
 };
 
 } // namespace

@@ -87,19 +87,21 @@ bool is_vector(const Members& members) {
 
 /// The parts of "sensor_msgs/msg/Imu" that name libraries and symbols, which no other text may reach.
 struct Name {
-    explicit Name(const std::string& text) {
+    explicit Name(const std::string& text, const char* usual_kind = "msg") {
         std::vector<std::string> parts;
         std::istringstream words(text);
         for (std::string part; std::getline(words, part, '/');) parts.push_back(part);
-        if (parts.size() == 2) parts.insert(parts.begin() + 1, "msg");
+        if (parts.size() == 2) parts.insert(parts.begin() + 1, usual_kind);
         const auto is_name = [](const std::string& word) {
             return !word.empty() && std::isalpha(static_cast<unsigned char>(word.front())) &&
                    std::all_of(word.begin(), word.end(),
                                [](unsigned char c) { return std::isalnum(c) || c == '_'; });
         };
         if (parts.size() != 3 || !std::all_of(parts.begin(), parts.end(), is_name) || text.back() == '/')
-            throw std::runtime_error(
-                "'" + text + "' is no type of message; write package/msg/Type, such as sensor_msgs/msg/Imu");
+            throw std::runtime_error("'" + text + "' is no type of " +
+                                     (std::strcmp(usual_kind, "msg") == 0
+                                          ? "message; write package/msg/Type, such as sensor_msgs/msg/Imu"
+                                          : "service; write package/srv/Type, such as std_srvs/srv/SetBool"));
         package = parts[0];
         kind = parts[1];
         type = parts[2];
@@ -123,10 +125,11 @@ void* open_library(const std::string& package, const char* support) {
     const std::string file = "lib" + package + "__" + support + ".so";
     for (const auto& prefix : prefixes())
         if (void* library = dlopen((prefix / "lib" / file).c_str(), RTLD_NOW | RTLD_LOCAL)) return library;
-    return nullptr;
+    return dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL); // in a package of bf deploy they are its own
 }
 
-const rosidl_message_type_support_t* support_of(const Name& name, const char* kind) {
+/// `what` is a message or a service.
+template <class Support> const Support* support_of(const Name& name, const char* kind, const char* what) {
     void* library = open_library(name.package, kind);
     if (library == nullptr) {
         std::string searched;
@@ -134,12 +137,12 @@ const rosidl_message_type_support_t* support_of(const Name& name, const char* ki
         throw std::runtime_error("there is no package of messages '" + name.package + "' in " + searched +
                                  "; install it, or say by AMENT_PREFIX_PATH where it is");
     }
-    const std::string symbol = std::string(kind) + "__get_message_type_support_handle__" + name.package +
+    const std::string symbol = std::string(kind) + "__get_" + what + "_type_support_handle__" + name.package +
                                "__" + name.kind + "__" + name.type;
-    auto* get = reinterpret_cast<const rosidl_message_type_support_t* (*)()>(dlsym(library, symbol.c_str()));
+    auto* get = reinterpret_cast<const Support* (*)()>(dlsym(library, symbol.c_str()));
     if (get == nullptr)
-        throw std::runtime_error("the package '" + name.package + "' has no message '" + name.kind + "/" +
-                                 name.type + "'; correct the type");
+        throw std::runtime_error("the package '" + name.package + "' has no " + what + " '" + name.kind +
+                                 "/" + name.type + "'; correct the type");
     return get();
 }
 
@@ -149,10 +152,11 @@ std::shared_ptr<const MessageType> MessageType::find(const std::string& text) {
     const Name name(text);
     auto type = std::make_shared<MessageType>();
     type->name_ = name.package + "/" + name.kind + "/" + name.type;
-    const auto* looked_into = support_of(name, "rosidl_typesupport_introspection_c");
+    using Support = rosidl_message_type_support_t;
+    const auto* looked_into = support_of<Support>(name, "rosidl_typesupport_introspection_c", "message");
     // ROS 2 opens this one by its name alone, and finds it where it is open already.
     open_library(name.package, "rosidl_typesupport_fastrtps_c");
-    type->memory_.support = support_of(name, "rosidl_typesupport_c");
+    type->memory_.support = support_of<Support>(name, "rosidl_typesupport_c", "message");
     const auto* members = static_cast<const Members*>(looked_into->data);
     type->memory_.make = [members]() -> std::shared_ptr<void> {
         void* message = std::calloc(1, std::max<std::size_t>(members->size_of_, 1));
@@ -170,6 +174,7 @@ std::shared_ptr<const MessageType> MessageType::find(const std::string& text) {
 void MessageType::look_into(const Members& members, const std::string& prefix, std::size_t offset) {
     for (std::size_t i = 0; i < members.member_count_; ++i) {
         const Member& m = members.members_[i];
+        if (std::strcmp(m.name_, "structure_needs_at_least_one_member") == 0) continue; // it has none
         const std::size_t at = offset + m.offset_;
         Field field{prefix + m.name_, Field::Kind::numbers, m.type_id_, 1, {at}, &m};
         if (m.type_id_ == message_type) {
@@ -208,6 +213,16 @@ const Field* MessageType::field(const std::string& path) const {
     const auto found =
         std::find_if(fields_.begin(), fields_.end(), [&](const Field& its) { return its.path == path; });
     return found == fields_.end() ? nullptr : &*found;
+}
+
+ServiceType ServiceType::find(const std::string& text) {
+    const Name name(text, "srv");
+    ServiceType type;
+    type.support = support_of<rosidl_service_type_support_t>(name, "rosidl_typesupport_c", "service");
+    const std::string whole = name.package + "/" + name.kind + "/" + name.type;
+    type.request = MessageType::find(whole + "_Request");
+    type.response = MessageType::find(whole + "_Response");
+    return type;
 }
 
 // ---- fields

@@ -65,4 +65,13 @@ class MessageType {
     std::vector<Field> fields_;
 };
 
+/// A type of service, from its libraries.
+struct ServiceType {
+    /// `name` as in std_srvs/srv/SetBool. Throws std::runtime_error.
+    static ServiceType find(const std::string& name);
+
+    std::shared_ptr<const MessageType> request = nullptr, response = nullptr;
+    const rosidl_service_type_support_t* support = nullptr;
+};
+
 } // namespace bf::ros2

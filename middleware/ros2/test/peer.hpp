@@ -24,12 +24,10 @@ class Alone : public ::testing::Test {
     }
 };
 
-/// test/peer.py, which is ended by force. Its verbs are said there.
-class Peer {
+/// Another program, which is ended by force.
+class Program {
   public:
-    explicit Peer(std::vector<std::string> words) {
-        words.insert(words.begin(),
-                     {BF_ROS2_PREFIX "/bin/python", BF_SOURCE_DIRECTORY "/middleware/ros2/test/peer.py"});
+    explicit Program(std::vector<std::string> words) {
         int ends[2];
         if (pipe2(ends, O_CLOEXEC) != 0) return;
         process_ = fork();
@@ -45,16 +43,18 @@ class Peer {
         close(ends[1]);
         out_ = ends[0];
     }
-    ~Peer() {
+    ~Program() {
         end();
         close(out_);
     }
-    static bool is_there() { return access(BF_ROS2_PREFIX "/lib/python3.11/site-packages/rclpy", R_OK) == 0; }
-    void end() {
-        if (process_ <= 0) return;
-        kill(process_, SIGKILL);
-        waitpid(process_, nullptr, 0);
+    /// Its exit code; -1: it has none.
+    int end(int signal = SIGKILL) {
+        if (process_ <= 0) return -1;
+        kill(process_, signal);
+        int status = 0;
+        waitpid(process_, &status, 0);
         process_ = 0;
+        return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
     }
     /// What it prints next; empty when it has ended, or says nothing for half a minute.
     std::string line() {
@@ -77,6 +77,20 @@ class Peer {
     pid_t process_ = 0;
     int out_ = -1;
     std::string text_;
+};
+
+/// test/peer.py. Its verbs are said there.
+class Peer : public Program {
+  public:
+    explicit Peer(std::vector<std::string> words) : Program(with_python(std::move(words))) {}
+    static bool is_there() { return access(BF_ROS2_PREFIX "/lib/python3.11/site-packages/rclpy", R_OK) == 0; }
+
+  private:
+    static std::vector<std::string> with_python(std::vector<std::string> words) {
+        words.insert(words.begin(),
+                     {BF_ROS2_PREFIX "/bin/python", BF_SOURCE_DIRECTORY "/middleware/ros2/test/peer.py"});
+        return words;
+    }
 };
 
 } // namespace bf::ros2::test

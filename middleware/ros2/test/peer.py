@@ -3,9 +3,11 @@
 peer.py echo TYPE TOPIC N            prints N messages, a line each
 peer.py send TYPE TOPIC HZ EXPR      sends what EXPR makes of m and k, the number of the message, until it is ended
 peer.py effort NAMESPACE KP KD N     drives a served robot to 0 by efforts, a command for each of N states
-peer.py answer NAMESPACE N LATE     answers N states by efforts, each that comes, a fifth of them LATE s late
+peer.py answer NAMESPACE N LATE      answers N states by efforts, each that comes, a fifth of them LATE s late
 peer.py path NAMESPACE JOINT X       sends a trajectory to X, and prints where the joint is until it is there
 peer.py call NAME TYPE EXPR          calls a service with what EXPR makes of r, and prints the answer
+peer.py offer NAME TYPE EXPR         offers a service that answers what EXPR makes of a, for the request r and its number k
+peer.py parameters NODE EXPR...      prints what a client c of the node's parameters answers to each EXPR, a line each; P(name, value)
 """
 
 import importlib
@@ -13,6 +15,8 @@ import sys
 import time
 
 import rclpy
+from rclpy.parameter import Parameter
+from rclpy.parameter_client import AsyncParameterClient
 from rclpy.qos import QoSProfile, qos_profile_sensor_data
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
@@ -134,7 +138,34 @@ def call(name, kind, expression="None"):
     say(answer.result())
 
 
+def offer(name, kind, expression):
+    k = 0
+
+    def take(r, a):
+        nonlocal k
+        k += 1
+        exec(expression, {"r": r, "a": a, "k": k})
+        return a
+
+    node.create_service(type_of(kind), name, take)
+    say("ready")
+    rclpy.spin(node)
+
+
+def parameters(name, *expressions):
+    def make(key, value):
+        return Parameter(key, value=value)
+
+    client = AsyncParameterClient(node, name)
+    if not client.wait_for_services(timeout_sec=20):
+        sys.exit("no node")
+    for expression in expressions:
+        answer = eval(expression, {"c": client, "P": make})
+        rclpy.spin_until_future_complete(node, answer, timeout_sec=10)
+        say(answer.result())
+
+
 try:
-    {f.__name__: f for f in (echo, send, effort, answer, path, call)}[sys.argv[1]](*sys.argv[2:])
+    {f.__name__: f for f in (echo, send, effort, answer, path, call, offer, parameters)}[sys.argv[1]](*sys.argv[2:])
 except KeyboardInterrupt:
     pass

@@ -168,6 +168,31 @@ TEST_F(Ros2Robot, HasTheTimeOfItsOwnJointsWhichDoesNotGoBack) {
     EXPECT_GE(last, 100);
 }
 
+TEST_F(Ros2Robot, IsLedInLockstepToTheSameNumbers) {
+    for (const int ratio : {1, 3}) {
+        Served served(end_in("/icub", true), diagram(icub + icub_world));
+        served.run();
+        middleware::test::expect_each_step_at_its_time(
+            "  world: {block: Ros2/Robot, period: 0.001, namespace: /icub, start_timeout: 30, step_size: "
+            "0.001}\n",
+            "Ros2", ratio);
+    }
+}
+
+TEST_F(Ros2Robot, RefusesToStepWhatGoesByTheClock) {
+    InRealTime served("/icub");
+    expect_contains(
+        refusal(remote("", "", ", step_size: 0.001")),
+        "it does not stand still: the robot's time goes by the clock; serve it without --realtime");
+    if (!Peer::is_there()) GTEST_SKIP() << "there is no rclpy";
+    Peer states({"send", "sensor_msgs/msg/JointState", "/other/joint_states", "100",
+                 "m.name=['l_hip_pitch','l_knee','l_ankle_roll']; m.position=m.velocity=[0.1]*3"});
+    std::string text = remote("", "", ", step_size: 0.001");
+    text.replace(text.find("/icub"), 5, "/other")
+        .replace(text.find("start_timeout: 30"), 17, "start_timeout: 5");
+    expect_contains(refusal(text), "it has no services 'robot/step' and 'robot/pause'");
+}
+
 TEST_F(Ros2Robot, SaysWhatIsMissing) {
     const auto wrong = [](const std::string& settings) {
         std::string text = remote("", "", settings);

@@ -37,6 +37,88 @@ bool steps_until(Running& run, const std::function<bool()>& is_so) {
 
 using Ros2Topics = Alone;
 using Ros2Streams = Alone;
+using Ros2Calls = Alone;
+
+TEST_F(Ros2Calls, AreAnsweredByRclpyOnceForEachEdge) {
+    if (!Peer::is_there()) GTEST_SKIP() << "there is no rclpy";
+    Running run(model("  c: {block: Ros2/Call, service: /lab/pause, type: std_srvs/srv/SetBool}\n",
+                      "u: c.call, v: c.data", "u: {}, v: {}"));
+    run.set("u", 1).set("v", 1);
+    for (int k = 0; k < 20; ++k) {
+        ASSERT_TRUE(run.step()) << run.simulation.failure();
+        EXPECT_EQ(run.scalar("c.pending"), 1) << "it waits until somebody offers the service";
+    }
+    Peer peer({"offer", "/lab/pause", "std_srvs/srv/SetBool", "a.success = r.data and k < 3"});
+    ASSERT_EQ(peer.line(), "ready");
+    const auto answered = [&] { return run.scalar("c.pending") == 0; };
+    ASSERT_TRUE(steps_until(run, answered)) << run.simulation.failure();
+    EXPECT_EQ(run.scalar("c.success"), 1);
+    EXPECT_EQ(run.scalar("c.answered"), 1);
+    for (const auto& [value, success] : {std::pair(0, 0), {1, 0}}) {
+        run.set("u", 0);
+        ASSERT_TRUE(run.step());
+        run.set("u", 2).set("v", value);
+        ASSERT_TRUE(run.step());
+        ASSERT_TRUE(steps_until(run, answered)) << run.simulation.failure();
+        EXPECT_EQ(run.scalar("c.success"), success);
+    }
+    for (int k = 0; k < 100; ++k, usleep(1000)) {
+        ASSERT_TRUE(run.step());
+    }
+    EXPECT_EQ(run.scalar("c.answered"), 3) << "a call that stays positive is one";
+}
+
+TEST_F(Ros2Calls, HaveTextsAndListsOfAnyLength) {
+    if (!Peer::is_there()) GTEST_SKIP() << "there is no rclpy";
+    const auto types = [](const std::string& size) {
+        return model("  c: {block: Ros2/Call, service: /peer/get_parameter_types, type: "
+                     "rcl_interfaces/srv/GetParameterTypes, texts: "
+                     "\"{'names=use_sim_time,start_type_description_service'}\", sizes: "
+                     "\"{'types=" +
+                         size + "'}\"}\n",
+                     "u: c.call", "u: {}");
+    };
+    Peer peer({"echo", "std_msgs/msg/Float64", "nothing", "1"}); // each node of rclpy offers it
+    ASSERT_EQ(peer.line(), "ready");
+    Running run(types("3"));
+    run.set("u", 1);
+    ASSERT_TRUE(steps_until(run, [&] { return run.scalar("c.answered") == 1; })) << run.simulation.failure();
+    EXPECT_EQ(run.get("c.types"), Matrix(Eigen::Vector3d(1, 1, 0))) << "two booleans";
+    EXPECT_EQ(run.scalar("c.types_length"), 2);
+    Running small(types("1"));
+    small.set("u", 1);
+    EXPECT_FALSE(steps_until(small, [] { return false; }));
+    expect_contains(
+        small.simulation.failure(),
+        "c: a message has 2 elements in 'types', but at most 1 are expected; raise argument 'sizes'");
+}
+
+TEST_F(Ros2Calls, CostTheStepNoHeapAndEndItWithoutAnAnswer) {
+    Running run(model("  c: {block: Ros2/Call, service: /lab/nobody, timeout: 0.5}\n", "u: c.call", "u: {}"));
+    for (int k = 0; k < 50; ++k, usleep(1000)) {
+        run.set("u", k % 2);
+        const long before = bf::test::heap_calls();
+        ASSERT_TRUE(run.step()) << run.simulation.failure();
+        if (bf::test::heap_is_counted() && k > 0) {
+            ASSERT_EQ(bf::test::heap_calls(), before);
+        }
+    }
+    EXPECT_FALSE(steps_until(run, [] { return false; }));
+    expect_contains(run.simulation.failure(), "c: the service has not answered within argument 'timeout'");
+}
+
+TEST_F(Ros2Calls, RefuseWhatServicesCannotBe) {
+    const auto wrong = [](const std::string& settings) {
+        return refusal(model("  c: {block: Ros2/Call" + settings + "}\n"));
+    };
+    expect_contains(wrong(", type: std_srvs/srv/Trigge"),
+                    "argument 'type': the package 'std_srvs' has no service 'srv/Trigge'; correct the type");
+    expect_contains(wrong(", type: Trigger"),
+                    "'Trigger' is no type of service; write package/srv/Type, such as std_srvs/srv/SetBool");
+    expect_contains(wrong(", type: std_srvs/srv/SetBool, fields: \"{'date'}\""),
+                    "std_srvs/srv/SetBool_Request has no numbers 'date'; it has data");
+    expect_contains(wrong(", texts: \"{'a=b'}\""), "std_srvs/srv/Trigger_Request has no text 'a'");
+}
 
 TEST_F(Ros2Topics, AreHeardByRclpy) {
     if (!Peer::is_there()) GTEST_SKIP() << "there is no rclpy";

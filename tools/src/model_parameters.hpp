@@ -1,0 +1,34 @@
+// Parameters of a running model for programs of a middleware.
+#pragma once
+
+#include <memory>
+#include <string>
+
+namespace bf {
+struct LoadedModel;
+class Recorder;
+class Simulation;
+} // namespace bf
+
+namespace bf::tools {
+
+/// Shown for as long as it lives.
+class ModelParameters {
+  public:
+    virtual ~ModelParameters() = default;
+    /// Before a step, in the thread of the steps. Allocates nothing.
+    virtual void apply() noexcept = 0;
+};
+
+/// As those of the node `name_space`/model of ROS 2, variables and parameters of blocks. What is changed is
+/// recorded, too; without a recorder, null, it is not. Throws CommandError.
+std::unique_ptr<ModelParameters> serve_parameters(const std::string& name_space, const LoadedModel& loaded,
+                                                  Simulation& simulation, Recorder* recorder);
+
+/// What is wrong with a namespace of ROS 2, which says itself what its parts may be; empty: nothing.
+inline std::string wrong_namespace(const std::string& name) {
+    return name.empty() || name.front() != '/' ? "write a namespace that begins with /, such as / or /icub"
+                                               : "";
+}
+
+} // namespace bf::tools

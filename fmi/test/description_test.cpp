@@ -71,6 +71,24 @@ TEST(Descriptions, WriteNamesThatAreNoIdentifiersInQuotes) {
     EXPECT_EQ(structured_name("it's.a\\b"), "'it\\'s'.'a\\\\b'");
 }
 
+TEST(Descriptions, CountRowsAndColumnsOfWhatHasNoElements) {
+    const auto size = [](const std::vector<int>& dimensions) {
+        const Variable v{.name = "v", .dimensions = dimensions};
+        return std::vector{v.rows(), v.cols(), v.count()};
+    };
+    EXPECT_EQ(size({}), (std::vector{1, 1, 1}));
+    EXPECT_EQ(size({4}), (std::vector{4, 1, 4}));
+    EXPECT_EQ(size({2, 3}), (std::vector{2, 3, 6}));
+    EXPECT_EQ(size({2, 3, 2}), (std::vector{2, 6, 12}));
+    EXPECT_EQ(size({0}), (std::vector{0, 1, 0}));
+    EXPECT_EQ(size({0, 3}), (std::vector{0, 0, 0}));
+    EXPECT_EQ(size({3, 0}), (std::vector{3, 0, 0}));
+    // (1 2 3; 4 5 6) column by column is 1 4 2 5 3 6.
+    std::vector<int> places;
+    for (int i = 0; i < 6; ++i) places.push_back(column_by_column(i, 2, 3));
+    EXPECT_EQ(places, (std::vector{0, 2, 4, 1, 3, 5}));
+}
+
 /// What is said of the sample's text with a part of it replaced.
 std::string refusal(const std::string& part, const std::string& by, int version = 3) {
     Description d = version == 2 ? scalars_of(sample()) : sample();

@@ -184,6 +184,8 @@ with tempfile.TemporaryDirectory() as folder:
     assert "it is for model exchange alone" in says(), says()
     odd(change=lambda xml: xml.replace("<Dimension", "<Dimension start='30000000'/><Dimension"))
     assert re.search(r"modelDescription.xml:\d+: 'v' has a size of 3e\+07", says()), says()
+    odd(change=lambda xml: xml.replace('<Dimension valueReference="1"/>', '<Dimension start="0"/>'))
+    assert says("--quiet", code=0) == ""
     odd(files={"../escaped": "x"})
     assert "leaves its folder" in says(), says()
     assert not (folder / "escaped").exists()

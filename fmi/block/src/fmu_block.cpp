@@ -56,10 +56,8 @@ Transfer::Transfer(const Description& d, const Ports& ports, bool (*is_wanted)(c
         const Type type = d.version == 2 && v.type == Type::float32 ? Type::float64 : v.type;
         const auto [at, is_new] = groups.emplace(type, values_.size());
         if (is_new) values_.emplace_back(d.version, type);
-        const int cols = v.dimensions.size() < 2 ? 1 : v.count() / v.dimensions[0];
-        const int rows = v.count() / std::max(cols, 1);
-        items_.push_back(
-            {at->second, values_[at->second].add(v), &port, type_of_signal(d.version, v.type), rows, cols});
+        items_.push_back({at->second, values_[at->second].add(v), &port, type_of_signal(d.version, v.type),
+                          v.rows(), v.cols()});
     }
 }
 
@@ -221,12 +219,10 @@ void FmuBlock::declare_ports(Kind kind) {
 
 template <Role role> Port FmuBlock::declare(int number, const Variable& v, const std::string& name) {
     About about;
-    const int cols = v.dimensions.size() < 2 ? 1 : v.count() / std::max(v.dimensions[0], 1);
-    const int rows = v.dimensions.empty() ? 1 : v.dimensions[0];
     if (v.dimensions.size() > 1)
-        about.shape = {rows, cols};
+        about.shape = {v.rows(), v.cols()};
     else
-        about.shape = {rows};
+        about.shape = {v.rows()};
     about.unit = any_unit;
     const std::string doc =
         v.name + (v.unit.empty() ? "" : " [" + v.unit + "]") + (v.doc.empty() ? "" : ": " + v.doc);
@@ -254,8 +250,8 @@ template <Role role> Port FmuBlock::declare(int number, const Variable& v, const
     if (role == Role::input) slot.optional = true;
     if (role != Role::output && !v.start.empty()) {
         slot.initial.resize(v.start.size());
-        for (int i = 0; i < rows * cols; ++i)
-            slot.initial[static_cast<std::size_t>(i % cols * rows + i / cols)] =
+        for (int i = 0; i < v.count(); ++i)
+            slot.initial[static_cast<std::size_t>(column_by_column(i, v.rows(), v.cols()))] =
                 v.start[static_cast<std::size_t>(i)];
     }
     return port;

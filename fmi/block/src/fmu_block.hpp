@@ -40,7 +40,7 @@ class Transfer {
         bf::Type type;
         int rows, cols;
     };
-    static int place(const Item& item, int i) { return i % item.cols * item.rows + i / item.cols; }
+    static int place(const Item& item, int i) { return column_by_column(i, item.rows, item.cols); }
 
     std::vector<Values> values_;
     std::vector<Item> items_;

@@ -1,6 +1,7 @@
 // What an FMU says of itself: modelDescription.xml of FMI 2.0 and 3.0.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <stdexcept>
@@ -61,7 +62,13 @@ struct Variable {
         for (const int size : dimensions) product *= size;
         return product;
     }
+    // As a matrix; more dimensions than two are columns, and what has no elements may have no columns.
+    int rows() const { return dimensions.empty() ? 1 : dimensions[0]; }
+    int cols() const { return dimensions.size() < 2 ? 1 : count() / std::max(rows(), 1); }
 };
+
+/// Where element i of a matrix, counted row by row, stands column by column.
+constexpr int column_by_column(int i, int rows, int cols) { return i % cols * rows + i / cols; }
 
 /// A variable that is computed, and what from; without a list, from everything.
 struct Unknown {

@@ -48,28 +48,36 @@ enum class Operation : std::uint32_t {
 /// Before the bytes of a question or an answer.
 struct Head {
     Operation operation;
-    std::uint32_t is_good, state, type, references, values; ///< the last three of values on their way
-    double a, b;
-    std::uint64_t size;         ///< bytes that follow
+    std::uint32_t is_good = 0, state = 0;
+    std::uint32_t type = 0, references = 0, values = 0; ///< of values on their way
+    double a = 0, b = 0;
+    std::uint64_t size = 0;     ///< bytes that follow
     std::uint64_t has_more = 0; ///< of a question: another one follows, and one answer is for both
 };
 
 using Bytes = std::vector<std::uint8_t>;
+using Part = std::span<const std::uint8_t>;
+
+template <class T> Part bytes_of(const T* from, std::size_t count) {
+    return {reinterpret_cast<const std::uint8_t*>(from), count * sizeof(T)};
+}
 
 /// One end of the socket; false where the other one is gone or, with a timeout in s, late.
 class End {
   public:
     explicit End(int file) : file_(file) {}
-    /// Sent with the next one that is not kept back.
-    void keep(const Head& head, const void* bytes) {
-        const auto* const first = reinterpret_cast<const char*>(&head);
-        kept_.insert(kept_.end(), first, first + sizeof head);
-        if (head.size > 0)
-            kept_.insert(kept_.end(), static_cast<const char*>(bytes),
-                         static_cast<const char*>(bytes) + head.size);
+    /// What is kept and sent up to that size allocates nothing.
+    void reserve(std::size_t bytes) { kept_.reserve(bytes); }
+    /// Sent with the next one that is not kept back. The bytes are in two parts.
+    void keep(Head head, Part first, Part second) {
+        head.size = first.size() + second.size();
+        const auto* const its = reinterpret_cast<const std::uint8_t*>(&head);
+        kept_.insert(kept_.end(), its, its + sizeof head);
+        kept_.insert(kept_.end(), first.begin(), first.end());
+        kept_.insert(kept_.end(), second.begin(), second.end());
     }
-    bool send(const Head& head, const void* bytes) {
-        keep(head, bytes);
+    bool send(const Head& head, Part first = {}, Part second = {}) {
+        keep(head, first, second);
         const bool is_good = write(kept_.data(), kept_.size());
         kept_.clear();
         return is_good;
@@ -82,8 +90,8 @@ class End {
     bool is_late() const { return is_late_; }
 
   private:
-    bool write(const void* from, std::size_t count) const noexcept {
-        for (const auto* at = static_cast<const char*>(from); count > 0;) {
+    bool write(const std::uint8_t* from, std::size_t count) const noexcept {
+        for (const auto* at = from; count > 0;) {
             const auto done = ::send(file_, at, count, MSG_NOSIGNAL);
             if (done < 0 && errno == EINTR) continue;
             if (done <= 0) return false;
@@ -118,7 +126,7 @@ class End {
 
     int file_;
     bool is_late_ = false;
-    std::vector<char> kept_;
+    Bytes kept_;
     std::size_t begin_ = 0, end_ = 0; ///< of what was read and is not taken yet
     char buffer_[4096];
 };
@@ -153,14 +161,13 @@ class Server {
                 library, name,
                 [this](int status, const std::string& category, const std::string& text) {
                     const std::string both = category + '\0' + text;
-                    end_.send(
-                        {Operation::log, 1, 0, static_cast<std::uint32_t>(status), 0, 0, 0, 0, both.size()},
-                        both.data());
+                    end_.send({Operation::log, 1, 0, static_cast<std::uint32_t>(status)},
+                              bytes_of(both.data(), both.size()));
                 },
                 doing_);
-            Head head{Operation::open, 1, instance.state(), 0, 0, 0, 0, 0, 0};
+            Head head{Operation::open, 1, instance.state()};
             head.a = instance.state_count(), head.b = instance.indicator_count();
-            if (!end_.send(head, nullptr)) return;
+            if (!end_.send(head)) return;
             bool has_failed = false;
             while (end_.receive(head, bytes_, 0)) {
                 // After a failure nothing more is done until whoever asks knows of it.
@@ -168,19 +175,15 @@ class Server {
                 if (head.has_more != 0) continue;
                 head.is_good = !std::exchange(has_failed, false);
                 head.state = instance.state();
-                const void* data = bytes_.data();
-                if (!head.is_good) {
-                    head.size = std::strlen(instance.failure());
-                    data = instance.failure();
-                } else {
-                    head.size = bytes_.size();
-                }
-                if (!end_.send(head, data)) return;
+                const Part answer = head.is_good
+                                        ? Part(bytes_)
+                                        : bytes_of(instance.failure(), std::strlen(instance.failure()));
+                if (!end_.send(head, answer)) return;
             }
             std::snprintf(doing_, LocalInstance::longest_name, "its closing");
         } catch (const std::exception& error) {
             const std::string text = error.what();
-            end_.send({Operation::open, 0, 0, 0, 0, 0, 0, 0, text.size()}, text.data());
+            end_.send({Operation::open}, bytes_of(text.data(), text.size()));
         }
     }
 
@@ -252,8 +255,11 @@ class Server {
 class RemoteInstance final : public Instance {
   public:
     RemoteInstance(const fs::path& archive, Kind kind, const std::string& name, double timeout, Log log)
-        : Instance(archive.filename().string(), fmi::description_of(archive).version),
-          folder_(archive.stem().string()), timeout_(timeout), log_(std::move(log)) {
+        : RemoteInstance(archive, fmi::description_of(archive), kind, name, timeout, std::move(log)) {}
+    RemoteInstance(const fs::path& archive, const Description& description, Kind kind,
+                   const std::string& name, double timeout, Log log)
+        : Instance(archive.filename().string(), description.version), folder_(archive.stem().string()),
+          timeout_(timeout), log_(std::move(log)) {
         void* const page = ::mmap(nullptr, LocalInstance::longest_name, PROT_READ | PROT_WRITE,
                                   MAP_SHARED | MAP_ANONYMOUS, -1, 0);
         int files[2];
@@ -274,6 +280,14 @@ class RemoteInstance final : public Instance {
             throw FmuError(text);
         }
         state_count_ = static_cast<int>(head_.a), indicator_count_ = static_cast<int>(head_.b);
+        // Time, states and all variables, twice as much as is ever on its way.
+        std::size_t bytes =
+            sizeof failure_ + sizeof(double) * static_cast<std::size_t>(state_count_ + indicator_count_);
+        for (const auto& v : description.variables)
+            if (v.causality != Causality::local && has_values(v.type))
+                bytes += sizeof(std::uint32_t) + sizeof(double) * static_cast<std::size_t>(v.count());
+        bytes_.reserve(bytes);
+        end_.reserve(2 * bytes + 100 * sizeof(Head));
     }
     ~RemoteInstance() override { close(); }
 
@@ -282,25 +296,21 @@ class RemoteInstance final : public Instance {
     }
     bool exit_initialization() noexcept override { return ask(Operation::exit_initialization); }
     bool get(Values& values) noexcept override {
-        const Head question = question_of(Operation::get, values, {});
-        if (!ask(question, question_.data())) return false;
-        return take(values.data(), values.bytes());
+        return ask(head_of(Operation::get, values), references_of(values)) &&
+               take(values.data(), values.bytes());
     }
     bool set(const Values& values) noexcept override {
-        const auto* const data = static_cast<const std::uint8_t*>(values.data());
-        const Head question = question_of(Operation::set, values, {data, values.bytes()});
-        return tell(question, question_.data());
+        return tell(head_of(Operation::set, values), references_of(values),
+                    {static_cast<const std::uint8_t*>(values.data()), values.bytes()});
     }
     bool do_step(double time, double step) noexcept override { return ask(Operation::do_step, time, step); }
     bool terminate() noexcept override { return ask(Operation::terminate); }
     bool reset() noexcept override { return ask(Operation::reset); }
     bool set_time(double time) noexcept override {
-        return tell({Operation::set_time, 0, 0, 0, 0, 0, time, 0, 0}, nullptr);
+        return tell({.operation = Operation::set_time, .a = time});
     }
     bool set_states(const double* x) noexcept override {
-        return tell({Operation::set_states, 0, 0, 0, 0, 0, 0, 0,
-                     static_cast<std::size_t>(state_count_) * sizeof(double)},
-                    x);
+        return tell({Operation::set_states}, bytes_of(x, static_cast<std::size_t>(state_count_)));
     }
     bool get_states(double* x) noexcept override { return get_row(Operation::get_states, x, state_count_); }
     bool get_derivatives(double* rates) noexcept override {
@@ -327,7 +337,7 @@ class RemoteInstance final : public Instance {
         return true;
     }
     bool restore(const std::vector<std::uint8_t>& bytes, State state) noexcept override {
-        return ask({Operation::restore, 0, state, 0, 0, 0, 0, 0, bytes.size()}, bytes.data());
+        return ask({Operation::restore, 0, state}, bytes);
     }
     State state() const noexcept override { return state_; }
 
@@ -344,38 +354,31 @@ class RemoteInstance final : public Instance {
         ::_exit(0);
     }
 
-    /// Questions whose answer says no more than that they succeeded wait for the next one: the FMU is told
-    /// time, states and inputs and asked for derivatives in one exchange of messages, and their failure is
-    /// that of the last one.
-    bool tell(Head question, const void* bytes) noexcept {
+    /// A question whose answer is no more than success waits, and goes with the next one that is asked: time,
+    /// states, inputs and the question for derivatives are one message. Its answer tells of the first that
+    /// failed.
+    bool tell(Head question, Part first = {}, Part second = {}) noexcept {
         if (child_ < 0) return false; // and why is known
         question.has_more = 1;
-        end_.keep(question, bytes);
+        end_.keep(question, first, second);
         return true;
     }
-    bool ask(const Head& question, const void* bytes) noexcept {
+    bool ask(const Head& question, Part bytes = {}) noexcept {
         if (child_ < 0) return false;
         return end_.send(question, bytes) ? receive() : lose();
     }
     bool ask(Operation operation, double a = 0, double b = 0) noexcept {
-        return ask({operation, 0, 0, 0, 0, 0, a, b, 0}, nullptr);
+        return ask({.operation = operation, .a = a, .b = b});
     }
-    /// The question that values are on their way with, and its bytes.
-    Head question_of(Operation operation, const Values& values, std::span<const std::uint8_t> data) noexcept {
-        const auto& references = values.references();
-        const std::size_t size = references.size() * sizeof references[0];
-        question_.resize(size + data.size());
-        std::memcpy(question_.data(), references.data(), size);
-        std::copy(data.begin(), data.end(), question_.begin() + static_cast<std::ptrdiff_t>(size));
-        return {operation,
-                0,
-                0,
-                static_cast<std::uint32_t>(values.type()),
-                static_cast<std::uint32_t>(references.size()),
-                static_cast<std::uint32_t>(values.size()),
-                0,
-                0,
-                question_.size()};
+    /// Of a question that values are on their way with.
+    static Head head_of(Operation operation, const Values& values) noexcept {
+        return {.operation = operation,
+                .type = static_cast<std::uint32_t>(values.type()),
+                .references = static_cast<std::uint32_t>(values.references().size()),
+                .values = static_cast<std::uint32_t>(values.size())};
+    }
+    static Part references_of(const Values& values) noexcept {
+        return bytes_of(values.references().data(), values.references().size());
     }
     bool get_row(Operation operation, double* to, int count) noexcept {
         return ask(operation) && take(to, static_cast<std::size_t>(count) * sizeof(double));
@@ -452,7 +455,7 @@ class RemoteInstance final : public Instance {
     pid_t child_ = -1;
     End end_{-1};
     Head head_{};
-    Bytes bytes_, question_;
+    Bytes bytes_;
     bool has_answer_ = false;
     State state_ = instantiated;
 };

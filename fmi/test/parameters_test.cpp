@@ -1,14 +1,11 @@
 #include "bf/blocks/standard.hpp"
 #include "bf/elaborate/elaborate.hpp"
 #include "bf/engine/simulation.hpp"
-#include "bf/fmi/archive.hpp"
 #include "bf/formats/yaml.hpp"
 
-#include "bf/base/files.hpp"
+#include "odd.hpp"
 
 #include <cmath>
-#include <cstdlib>
-#include <gtest/gtest.h>
 
 namespace bf::fmi::test {
 namespace {
@@ -17,15 +14,7 @@ namespace {
 // events.
 TEST(ModelExchange, ChangesTunableParametersInEventsAndFixedOnesNot) {
     const TemporaryFolder folder("parameters_test");
-    const std::string source = BF_SOURCE_DIRECTORY "/tests/fmi/exchanged",
-                      library = (folder.path() / "odd.so").string();
-    ASSERT_EQ(std::system(
-                  ("cc -w -shared -fPIC -I" BF_SOURCE_DIRECTORY "/fmi/include " + source + ".c -o " + library)
-                      .c_str()),
-              0);
-    write_archive({{"modelDescription.xml", read_text_file(source + ".xml")},
-                   {"binaries/x86_64-linux/odd.so", read_text_file(library)}},
-                  folder.path() / "odd.fmu");
+    odd_fmu("exchanged", folder.path());
     ::setenv("BLOCKFACTORY_PLUGIN_PATH",
              (folder.path().string() + ":" BF_BINARY_DIRECTORY "/lib/blockfactory").c_str(), 1);
     bf::Registry registry;

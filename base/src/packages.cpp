@@ -30,4 +30,18 @@ std::vector<fs::path> package_candidates(const std::string& address) {
     return {path, fs::path("share") / path, file};
 }
 
+std::vector<fs::path> mesh_candidates(const std::string& address, const fs::path& description,
+                                      const std::vector<fs::path>& package_paths,
+                                      const std::string& meshdir) {
+    const fs::path own = description.parent_path();
+    if (address.starts_with(file_scheme)) return {address.substr(std::string_view(file_scheme).size())};
+    if (!is_package_address(address)) return {own / address, own / meshdir / address};
+    std::vector<fs::path> folders = package_folders(package_paths), candidates;
+    for (fs::path folder = own; folder != folder.root_path(); folder = folder.parent_path())
+        folders.push_back(folder);
+    for (const fs::path& folder : folders)
+        for (const fs::path& inside : package_candidates(address)) candidates.push_back(folder / inside);
+    return candidates;
+}
+
 } // namespace bf

@@ -198,23 +198,8 @@ const UrdfJoint& Urdf::require_motor(const std::string& name) const {
 
 fs::path Urdf::mesh_file(const std::string& address, const std::string& link,
                          const std::vector<fs::path>& package_paths, const std::string& meshdir) const {
-    std::vector<fs::path> candidates;
-    const std::string_view file_scheme = "file://";
-    if (is_package_address(address)) {
-        std::vector<fs::path> folders = package_folders(package_paths);
-        for (fs::path folder = file.parent_path(); folder != folder.root_path();
-             folder = folder.parent_path())
-            folders.push_back(folder);
-        for (const fs::path& folder : folders)
-            for (const fs::path& inside : package_candidates(address)) candidates.push_back(folder / inside);
-    } else if (address.starts_with(file_scheme)) {
-        candidates.push_back(address.substr(file_scheme.size()));
-    } else {
-        candidates.push_back(file.parent_path() / address);
-        candidates.push_back(file.parent_path() / meshdir / address);
-    }
     std::string searched;
-    for (const fs::path& candidate : candidates) {
+    for (const fs::path& candidate : mesh_candidates(address, file, package_paths, meshdir)) {
         if (fs::is_regular_file(candidate)) return candidate.lexically_normal();
         searched += "\n- " + candidate.string();
     }

@@ -58,12 +58,11 @@ fs::path core_file() {
 /// All libraries of this process, by their names.
 std::map<std::string, Loaded> all_loaded() {
     std::map<std::string, Loaded> all;
-    void* const core = ::dlopen(core_file().c_str(), RTLD_LAZY | RTLD_NOLOAD);
+    void* const program = ::dlopen(nullptr, RTLD_LAZY); // which is the first one
     link_map* map = nullptr;
-    if (!core || ::dlinfo(core, RTLD_DI_LINKMAP, static_cast<void*>(&map)) != 0)
+    if (!program || ::dlinfo(program, RTLD_DI_LINKMAP, static_cast<void*>(&map)) != 0)
         throw CommandError("the libraries of this program cannot be listed");
-    ::dlclose(core);
-    while (map->l_prev) map = map->l_prev;
+    ::dlclose(program);
     for (; map; map = map->l_next)
         if (map->l_name && map->l_name[0] == '/') all.emplace(Loaded(map).name(), Loaded(map));
     return all;
@@ -76,32 +75,38 @@ fs::path file_of_plugin(const std::string& plugin, const Registry& registry) {
     throw CommandError("the file of plugin '" + plugin + "' is not in the folders of plugins");
 }
 
-/// The meshes that a URDF names, as far as they are files.
-FileSet meshes_of(const fs::path& urdf, const fs::path& model_folder) {
-    FileSet meshes;
-    const std::string text = read_text_file(urdf), name = "filename=";
-    const auto folders = package_folders(
-        {model_folder, fs::path(BF_ROBOT_MODELS), fs::path(BF_ROBOT_MODELS) / "iCub", urdf.parent_path()});
+/// The values of an attribute in XML, whatever element has it.
+std::vector<std::string> values_of(const std::string& attribute, const std::string& text) {
+    std::vector<std::string> all;
+    const std::string name = attribute + "=";
     for (auto at = text.find(name); at != std::string::npos; at = text.find(name, at + 1)) {
         const auto begin = at + name.size() + 1;
-        const auto end = text.find(text[begin - 1], begin);
+        const auto end = begin < text.size() ? text.find(text[begin - 1], begin) : std::string::npos;
         if (end == std::string::npos) break;
-        const std::string address = text.substr(begin, end - begin);
-        std::error_code error;
-        if (!is_package_address(address)) {
-            if (fs::is_regular_file(urdf.parent_path() / address, error))
-                meshes.insert(urdf.parent_path() / address);
-            continue;
-        }
-        [&] {
-            for (const auto& folder : folders)
-                for (const auto& candidate : package_candidates(address))
-                    if (fs::is_regular_file(folder / candidate, error)) {
-                        meshes.insert(folder / candidate);
-                        return;
-                    }
-        }();
+        all.push_back(text.substr(begin, end - begin));
     }
+    return all;
+}
+
+/// The meshes that a URDF names, as far as they are files: a world needs no others. Throws CommandError for
+/// those that it names in a way that no other computer has.
+FileSet meshes_of(const fs::path& urdf, const fs::path& model_folder) {
+    FileSet meshes;
+    const std::string text = read_text_file(urdf);
+    auto folders = values_of("meshdir", text);
+    folders.resize(1);
+    for (const auto& address : values_of("filename", text))
+        for (const auto& file : mesh_candidates(
+                 address, urdf, {model_folder, fs::path(BF_ROBOT_MODELS), fs::path(BF_ROBOT_MODELS) / "iCub"},
+                 folders.front())) {
+            std::error_code error;
+            if (!fs::is_regular_file(file, error)) continue;
+            if (address.starts_with(file_scheme))
+                throw CommandError("cannot bundle the mesh " + address + " of " + urdf.string() +
+                                   ": it is looked for at that place alone; name it relative to the URDF");
+            meshes.insert(file.lexically_normal());
+            break;
+        }
     return meshes;
 }
 

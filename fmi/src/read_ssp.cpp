@@ -65,7 +65,14 @@ class SspReader : XmlReader {
     void read_component(const XmlNode* e, SystemElement& to);
     void read_connectors(const XmlNode* e, SystemElement& to) const;
     void read_wires(const XmlNode* e, SystemElement& to) const;
-    Wire wire(const XmlNode* e, const SystemElement& in) const;
+    /// The connectors of one element.
+    struct Ends {
+        const SystemElement* of;
+        std::map<std::string_view, const Connector*> connectors;
+    };
+    /// Those of all elements of a system, and its own by an empty name.
+    using EndsOfSystem = std::map<std::string_view, Ends>;
+    Wire wire(const XmlNode* e, const EndsOfSystem& ends) const;
     std::vector<double> numbers(const XmlNode* e, const char* name) const;
     std::vector<int> dimensions(const XmlNode* e) const;
     Linear linear(const XmlNode* e) const;
@@ -84,6 +91,7 @@ class SspReader : XmlReader {
     tinyxml2::XMLDocument document_;
     UnitDefinitions units_;
     EnumerationItems enumerations_;
+    const EnumerationItems* around_ = &enumerations_; ///< of the document that names this one
     std::size_t elements_ = 0;
 };
 
@@ -200,16 +208,18 @@ ParameterValue SspReader::parameter(const XmlNode* e) const {
     p.unit = text(value, "unit");
     p.dimensions = dimensions(e);
     if (p.type == Type::enumeration) {
-        const auto items = enumerations_.find(text(value, "name"));
+        const std::string name_of_type = text(value, "name");
+        const auto& known = enumerations_.contains(name_of_type) ? enumerations_ : *around_;
+        const auto items = known.find(name_of_type);
         std::vector<std::string> names;
         if (const char* one = value->Attribute("value")) names.emplace_back(one);
         for_each(value, "Value", [&](const XmlNode* item) { names.push_back(text(item, "value")); });
         for (const auto& name : names) {
             const auto plain = number_of(name);
-            const bool is_known = items != enumerations_.end() && items->second.contains(name);
+            const bool is_known = items != known.end() && items->second.contains(name);
             if (!is_known && !plain)
-                refuse(value, "'" + shown(name) + "' is no item of the enumeration '" +
-                                  shown(text(value, "name")) + "'");
+                refuse(value,
+                       "'" + shown(name) + "' is no item of the enumeration '" + shown(name_of_type) + "'");
             p.values.push_back(is_known ? items->second.at(name) : *plain);
         }
     } else if (has_values(p.type)) {
@@ -268,12 +278,12 @@ std::vector<ParameterValue> SspReader::binding(const XmlNode* e) const {
     if (in_package(e, "application/x-ssp-parameter-set")) {
         const auto [uri, xml] = document(e);
         SspReader reader(folder_, package_, uri);
-        reader.units_ = units_, reader.enumerations_ = enumerations_;
+        reader.around_ = &enumerations_;
         static_cast<void>(reader.parse(reader.document_, xml));
         set = reader.parameter_set(reader.root("ParameterSet"));
     } else if (const auto* const inline_set = child(child(e, "ParameterValues"), "ParameterSet")) {
         SspReader reader(folder_, package_, "SystemStructure.ssd");
-        reader.units_ = units_, reader.enumerations_ = enumerations_;
+        reader.around_ = &enumerations_;
         set = reader.parameter_set(inline_set);
     }
     // The prefix comes before names are looked up, in a mapping as well.
@@ -326,7 +336,7 @@ bool gives(const Connector& c, bool is_own) {
     return comes_in == is_own;
 }
 
-Wire SspReader::wire(const XmlNode* e, const SystemElement& in) const {
+Wire SspReader::wire(const XmlNode* e, const EndsOfSystem& ends) const {
     struct End {
         std::string element, name;
         const Connector* connector;
@@ -335,18 +345,15 @@ Wire SspReader::wire(const XmlNode* e, const SystemElement& in) const {
         End its{text(e, element), needed(e, connector), nullptr};
         if (e->Attribute(indices))
             refuse(e, "connections of elements of an array are not known here; connect whole arrays");
-        const SystemElement* of = &in;
-        if (!its.element.empty()) {
-            const auto found = std::find_if(in.elements.begin(), in.elements.end(),
-                                            [&](const auto& x) { return x.name == its.element; });
-            if (found == in.elements.end())
-                refuse(e, "there is no element '" + shown(its.element) + "' to connect");
-            of = &*found;
-        }
-        its.connector = of->find(its.name);
-        if (!its.connector)
+        const auto element_found = ends.find(its.element);
+        if (element_found == ends.end())
+            refuse(e, "there is no element '" + shown(its.element) + "' to connect");
+        const auto& [of, connectors] = element_found->second;
+        const auto found = connectors.find(its.name);
+        if (found == connectors.end())
             refuse(e, "'" + shown(of->name) + "' has no connector '" + shown(its.name) +
                           "' to connect (SSP 2.0, section 5.3.2)");
+        its.connector = found->second;
         return its;
     };
     End from = end("startElement", "startConnector", "startIndices"),
@@ -376,9 +383,17 @@ Wire SspReader::wire(const XmlNode* e, const SystemElement& in) const {
 }
 
 void SspReader::read_wires(const XmlNode* e, SystemElement& to) const {
+    EndsOfSystem ends;
+    const auto add = [&](std::string_view name, const SystemElement& element) {
+        auto& its = ends[name];
+        its.of = &element;
+        for (const auto& c : element.connectors) its.connectors[c.name] = &c;
+    };
+    add("", to);
+    for (const auto& element : to.elements) add(element.name, element);
     std::set<std::pair<std::string, std::string>> driven;
     for_each(child(e, "Connections"), "Connection", [&](const XmlNode* c) {
-        to.wires.push_back(wire(c, to));
+        to.wires.push_back(wire(c, ends));
         const auto& its = to.wires.back();
         if (!driven.insert({its.to_element, its.to}).second)
             refuse(c, "two connections lead to '" +

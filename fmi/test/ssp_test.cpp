@@ -145,6 +145,28 @@ TEST_F(Systems, TakeParametersFromSetsThroughPrefixesAndMappings) {
     EXPECT_EQ(its.system.parameters[1].dimensions, (std::vector<int>{2, 3}));
 }
 
+TEST_F(Systems, FindItemsOfEnumerationsInTheSetAndThenInTheDocumentAroundIt) {
+    const auto enumeration = [](const std::string& name, const std::string& value) {
+        return "<ssc:Enumeration name=\"" + name + "\"><ssc:Item name=\"fast\" value=\"" + value +
+               "\"/></ssc:Enumeration>";
+    };
+    const auto parameter = [](const std::string& type) {
+        return "<ssv:Parameter name=\"" + type + "\"><ssv:Enumeration value=\"fast\" name=\"" + type +
+               "\"/></ssv:Parameter>";
+    };
+    const auto its = read(document(
+        "<ssd:ParameterBindings><ssd:ParameterBinding><ssd:ParameterValues><ssv:ParameterSet "
+        "version=\"1.0\" name=\"i\"><ssv:Parameters>" +
+            parameter("Outer") + parameter("Both") + "</ssv:Parameters><ssv:Enumerations>" +
+            enumeration("Both", "2") +
+            "</ssv:Enumerations></ssv:ParameterSet></ssd:ParameterValues>"
+            "</ssd:ParameterBinding></ssd:ParameterBindings>",
+        "<ssd:Enumerations>" + enumeration("Outer", "7") + enumeration("Both", "1") + "</ssd:Enumerations>"));
+    ASSERT_EQ(its.system.parameters.size(), 2u);
+    EXPECT_EQ(its.system.parameters[0].values, std::vector<double>{7});
+    EXPECT_EQ(its.system.parameters[1].values, std::vector<double>{2});
+}
+
 TEST_F(Systems, AreTheSameWhenWrittenAndReadAgain) {
     auto its = read(
         document("", "<ssd:DefaultExperiment startTime=\"0\" stopTime=\"2.5\"/>",

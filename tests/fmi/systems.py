@@ -226,6 +226,11 @@ with tempfile.TemporaryDirectory() as folder:
     names = {a: next(n for n in got if n in (b, b.removesuffix(".y"))) for a, b in names.items()}
     count, largest, first = compare({names[k]: v for k, v in expected.items()}, got)
     assert count == 150 and largest == 0, (count, largest, first, names)
+    # With another step the FMUs do others, too.
+    by_hand.write_text(by_hand.read_text().replace("step: 0.01", "step: 0.02").replace("period: 0.01", "period: 0.02"))
+    expected = recorded(by_hand, "--plugin-path", fmus)
+    count, largest, first = compare({names[k]: v for k, v in expected.items()}, recorded(other, "--set", "step=0.02"))
+    assert count == 75 and largest == 0, (count, largest, first, names)
     print("a system of another tool is what its document says")
 
     # Hostile and broken packages.
@@ -241,6 +246,13 @@ with tempfile.TemporaryDirectory() as folder:
         'name="m"', 'name="my.controller"'))
     assert "is no variable of resources/motor.fmu" in refusal(foreign.replace('name="speed" kind="output"><ssc:Real unit=\'rad/s\'', 'name="spin" kind="output"><ssc:Real unit=\'rad/s\'')
                                                               .replace('startElement="m" startConnector="speed"', 'startElement="m" startConnector="spin"')), refusal()
+    for kind, what in (("Boolean value='true'", "a boolean"), ("String value='4'", "a text")):
+        assert f"'my.controller.reference' is a number, but is given {what}; give it a value of its type" in refusal(
+            foreign.replace('<ssv:Real value="4"/>', f"<ssv:{kind}/>")), kind
+    assert ("the connector 'm.voltage' has 3 x 2 elements, but the variable of resources/motor.fmu has 1 (SSP 2.0, section 5.2.1)"
+            in refusal(foreign.replace('kind="input"><ssc:Real/></ssd:Connector><ssd:Connector name="speed" kind="output">',
+                                       'kind="input"><ssc:Real/><ssc:Dimension size="3"/><ssc:Dimension size="2"/></ssd:Connector>'
+                                       '<ssd:Connector name="speed" kind="output">'))), refusal()
     assert "its experiment begins at 1 s" in refusal(foreign.replace('stopTime="0.5"', 'startTime="1" stopTime="2"'))
     assert "it is no ZIP archive" in (folder / "bad.ssp").write_text("PK") * "" + said("run", folder / "bad.ssp")
     left = {name for name in os.listdir(tempfile.gettempdir()) if name.startswith("bf_")} - before

@@ -69,8 +69,9 @@ ExaminedModel examine_model(const ModelOptions& options) {
         throw CommandError("there is no model file " + options.file);
     if (const auto wrong = why_unreadable(options.file); !wrong.empty())
         throw CommandError("cannot read the model " + options.file + ": " + wrong);
-    return is_system(options.file) ? examine(open_system(options.file), options.file, options.overrides())
-                                   : examine(options.file, options.overrides());
+    const auto overrides = options.overrides();
+    return is_system(options.file) ? examine(open_system(options.file, overrides), options.file, overrides)
+                                   : examine(options.file, overrides);
 }
 
 LoadedModel load_model(const ModelOptions& options) {

@@ -2,6 +2,7 @@
 
 #include "bf/base/numbers.hpp"
 #include "bf/fmi/ssp.hpp"
+#include "bf/model/builder.hpp"
 #include "session.hpp"
 
 #include <algorithm>
@@ -17,11 +18,18 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// As MATLAB reads it.
-std::string expression(double x) {
-    return std::isnan(x) ? "NaN" : std::isinf(x) ? (x > 0 ? "Inf" : "-Inf") : number_text(x);
+model::Expression of(model::Value value) { return {.text = std::move(value.text)}; }
+
+bool is_parameter(fmi::Causality kind) {
+    return kind == fmi::Causality::parameter || kind == fmi::Causality::structural_parameter;
 }
-model::Expression of(std::string text) { return {.text = std::move(text)}; }
+
+/// "2 x 3".
+std::string size_text(const std::vector<int>& dimensions) {
+    std::string text;
+    for (const int size : dimensions) text += (text.empty() ? "" : " x ") + std::to_string(size);
+    return text.empty() ? "1" : text;
+}
 
 /// A name for a block or a port that none of `taken` has, which it joins.
 std::string name_of(const std::string& wanted, std::set<std::string>& taken) {
@@ -40,8 +48,12 @@ std::string name_of(const std::string& wanted, std::set<std::string>& taken) {
 
 class SystemModel {
   public:
-    SystemModel(fmi::SystemStructure structure, const fs::path& folder, const std::string& package)
-        : its_(std::move(structure)), folder_(folder), package_(package) {}
+    SystemModel(fmi::SystemStructure structure, const fs::path& folder, const std::string& package,
+                const std::vector<Override>& overrides)
+        : its_(std::move(structure)), folder_(folder), package_(package) {
+        for (const auto& given : overrides)
+            if (given.name == "step") its_.own["step"] = given.text;
+    }
 
     model::Model model() {
         if (its_.start != 0)
@@ -82,7 +94,7 @@ class SystemModel {
     /// Where nobody says how long a step is, it is the shortest that an FMU names, or a thousandth of the
     /// run.
     void read_experiment() {
-        if (its_.stop) model_.stop = of(expression(*its_.stop));
+        if (its_.stop) model_.stop = of(*its_.stop);
         const auto own = [&](const char* name, std::optional<model::Expression>& to) {
             if (const auto found = its_.own.find(name); found != its_.own.end()) to = of(found->second);
         };
@@ -92,7 +104,7 @@ class SystemModel {
         own("absolute_tolerance", model_.absolute_tolerance);
         own("max_step", model_.max_step);
         if (step_ == 0) step_ = its_.stop.value_or(0) / 1000;
-        if (!model_.step) model_.step = of(expression(step_));
+        if (!model_.step) model_.step = of(step_);
         if (its_.own.contains("algebraic_loops")) model_.algebraic_loops = model::AlgebraicLoops::solve;
         for (const auto& signal : its_.record) model_.record.push_back({signal});
         model_.record_all = model_.record.empty();
@@ -106,49 +118,68 @@ class SystemModel {
     }
     void give(fmi::SystemElement& system, fmi::ParameterValue value, const std::string& path) {
         const std::string name = value.name;
-        if (const auto* own = system.find(name)) {
-            if (own->kind != fmi::Causality::parameter && own->kind != fmi::Causality::structural_parameter)
+        const auto& receivers = receivers_of(system);
+        if (const auto own = receivers.connectors.find(name); own != receivers.connectors.end()) {
+            if (!is_parameter(own->second))
                 refuse("'" + path + name +
                        "' is given a value, but is no parameter; give inputs of a system by --inputs");
-            for (const auto& wire : system.wires)
-                if (wire.from_element.empty() && wire.from == name) {
-                    fmi::ParameterValue inner = value;
-                    for (double& x : inner.values) x = wire.conversion.factor * x + wire.conversion.offset;
-                    inner.name = wire.to;
-                    give_to(system, wire.to_element, inner, path);
-                }
+            const auto [first, last] = receivers.wires.equal_range(name);
+            for (auto wire = first; wire != last; ++wire) {
+                const auto element = receivers.elements.find(wire->second->to_element);
+                if (element == receivers.elements.end()) continue;
+                fmi::ParameterValue inner = value;
+                const auto& [factor, offset] = wire->second->conversion;
+                for (double& x : inner.values) x = factor * x + offset;
+                inner.name = wire->second->to;
+                give_to(*element->second, std::move(inner), path);
+            }
         }
-        for (auto& element : system.elements)
-            if (name.size() > element.name.size() && name.starts_with(element.name) &&
-                name[element.name.size()] == '.') {
-                value.name = name.substr(element.name.size() + 1);
-                give_to(system, element.name, value, path);
-            }
+        for (auto dot = name.find('.'); dot != std::string::npos; dot = name.find('.', dot + 1)) {
+            const auto element = receivers.elements.find(std::string_view(name).substr(0, dot));
+            if (element == receivers.elements.end()) continue;
+            value.name = name.substr(dot + 1);
+            give_to(*element->second, value, path);
+        }
     }
-    void give_to(fmi::SystemElement& system, const std::string& name, const fmi::ParameterValue& value,
-                 const std::string& path) {
-        for (auto& element : system.elements)
-            if (element.name == name) {
-                if (element.is_system)
-                    give(element, value, path + name + ".");
-                else
-                    element.parameters.push_back(value);
-            }
+
+    /// What takes the values that are given to a system.
+    struct Receivers {
+        std::map<std::string_view, fmi::SystemElement*> elements;
+        std::map<std::string_view, fmi::Causality> connectors;   ///< its own
+        std::multimap<std::string_view, const fmi::Wire*> wires; ///< from these
+    };
+    const Receivers& receivers_of(fmi::SystemElement& system) {
+        const auto [known, is_new] = receivers_.try_emplace(&system);
+        if (is_new) {
+            for (auto& element : system.elements) known->second.elements[element.name] = &element;
+            for (const auto& c : system.connectors) known->second.connectors[c.name] = c.kind;
+            for (const auto& wire : system.wires)
+                if (wire.from_element.empty()) known->second.wires.emplace(wire.from, &wire);
+        }
+        return known->second;
+    }
+    void give_to(fmi::SystemElement& element, fmi::ParameterValue value, const std::string& path) {
+        if (element.is_system)
+            give(element, std::move(value), path + element.name + ".");
+        else
+            element.parameters.push_back(std::move(value));
     }
 
     /// The ends of an element's connectors as connections of the model write them.
     using Ends = std::map<std::string, model::Endpoint>;
+    /// Some of the connectors in a system: those of its elements, and its own, whose element is "".
+    using Connectors = std::set<std::pair<std::string, std::string>>;
 
-    void fill(const fmi::SystemElement& from, model::System& to, const std::string& path) {
+    /// Gives the system's own ends.
+    Ends fill(const fmi::SystemElement& from, model::System& to, const std::string& path) {
         std::set<std::string> names;
+        Connectors driven;
+        for (const auto& wire : from.wires) driven.emplace(wire.to_element, wire.to);
         std::map<std::string, Ends> ends; // by element
         for (const auto& c : from.connectors) {
             const bool is_input = c.kind == fmi::Causality::input;
             if (!is_input && c.kind != fmi::Causality::output) continue;
-            if (!is_input && std::none_of(from.wires.begin(), from.wires.end(), [&](const auto& w) {
-                    return w.to_element.empty() && w.to == c.name;
-                }))
-                continue; // nothing gives it a value
+            if (!is_input && !driven.contains({"", c.name})) continue; // nothing gives it a value
             const std::string name = name_of(c.name, names);
             (is_input ? to.inputs : to.outputs).push_back({.name = name, .unit = c.unit});
             ends[""][c.name] = {.block = {}, .port = name};
@@ -158,21 +189,18 @@ class SystemModel {
             place(element, path + block.name);
             if (element.is_system) {
                 block.system = std::make_unique<model::System>();
-                fill(element, *block.system, path + block.name + ".");
-                std::set<std::string> inner;
-                for (const auto& c : element.connectors) // as they were named inside
-                    if (c.kind == fmi::Causality::input || c.kind == fmi::Causality::output)
-                        ends[element.name][c.name] = {block.name, inside_[path + block.name + "." + c.name]};
+                for (const auto& [connector, end] : fill(element, *block.system, path + block.name + "."))
+                    ends[element.name][connector] = {block.name, end.port};
             } else {
-                fill_component(element, from, block, to, names, ends[element.name]);
+                fill_component(element, driven, block, to, names, ends[element.name]);
             }
             to.blocks.push_back(std::move(block));
         }
-        for (const auto& [name, end] : ends[""]) inside_[path + name] = end.port;
         connect(from, to, path, names, ends);
+        return ends[""];
     }
 
-    void fill_component(const fmi::SystemElement& from, const fmi::SystemElement& around, model::Block& block,
+    void fill_component(const fmi::SystemElement& from, const Connectors& driven, model::Block& block,
                         model::System& system, std::set<std::string>& names, Ends& ends) {
         const auto& description = descriptions_.at(from.source);
         const auto kind = from.kind                   ? *from.kind
@@ -196,7 +224,13 @@ class SystemModel {
             if (found == variables.end())
                 refuse("the connector '" + from.name + "." + c.name + "' is no variable of " + from.source +
                        " (SSP 2.0, section 5.2.1)");
-            ends[c.name] = {block.name, block_names[found->second]};
+            const auto& v = description.variables[found->second];
+            if (!c.dimensions.empty() && c.dimensions != v.dimensions && !std::ranges::count(c.dimensions, 0))
+                refuse("the connector '" + from.name + "." + c.name + "' has " + size_text(c.dimensions) +
+                       " elements, but the variable of " + from.source + " has " + size_text(v.dimensions) +
+                       " (SSP 2.0, section 5.2.1)");
+            const std::string& port = block_names[found->second];
+            if (!port.empty()) ends[c.name] = {block.name, port};
         }
         std::map<std::string, const fmi::ParameterValue*> given; // the last one of each
         for (const auto& p : from.parameters) given[p.name] = &p;
@@ -212,9 +246,7 @@ class SystemModel {
             const std::string text = value_text(from.name + "." + name, v, *item.second);
             if (v.causality != fmi::Causality::input) {
                 block.settings.push_back({known, of(text)});
-            } else if (std::none_of(around.wires.begin(), around.wires.end(), [&](const auto& w) {
-                           return w.to_element == from.name && w.to == name;
-                       })) {
+            } else if (!driven.contains({from.name, name})) {
                 model::Block constant{.name = name_of(from.name + "_" + known, names), .type = "Constant"};
                 constant.settings.push_back({"value", of(text)});
                 system.connections.push_back({{constant.name}, {{block.name, known}}});
@@ -223,10 +255,22 @@ class SystemModel {
         }
     }
 
+    /// What values of that type are, as far as one kind cannot be given for another.
+    static std::string kind_of(fmi::Type type) {
+        return type == fmi::Type::boolean  ? "a boolean"
+               : fmi::has_values(type)     ? "a number"
+               : type == fmi::Type::string ? "a text"
+                                           : "no number";
+    }
+
     /// The value of a parameter as the block takes it.
     std::string value_text(const std::string& name, const fmi::Variable& v,
                            const fmi::ParameterValue& given) const {
         std::vector<double> values = given.values;
+        if (!fmi::has_values(given.type) ||
+            (given.type == fmi::Type::boolean) != (v.type == fmi::Type::boolean))
+            refuse("'" + name + "' is " + kind_of(v.type) + ", but is given " + kind_of(given.type) +
+                   "; give it a value of its type");
         const auto count = static_cast<std::size_t>(v.count());
         if (values.size() == 1) values.resize(count, values.front());
         if (values.size() != count)
@@ -237,11 +281,10 @@ class SystemModel {
                    "; give it in the former");
         const bool is_input = v.causality == fmi::Causality::input;
         std::string text;
-        const int cols = v.dimensions.size() < 2 ? 1 : v.count() / std::max(v.dimensions[0], 1);
         for (std::size_t i = 0; i < count; ++i) {
-            const bool is_row_end = (i + 1) % static_cast<std::size_t>(cols) == 0;
+            const bool is_row_end = (i + 1) % static_cast<std::size_t>(v.cols()) == 0;
             text += (v.type == fmi::Type::boolean ? std::string(values[i] != 0 ? "true" : "false")
-                                                  : expression(values[i])) +
+                                                  : model::Value(values[i]).text) +
                     (i + 1 == count ? ""
                      : is_row_end   ? "; "
                                     : " ");
@@ -259,6 +302,13 @@ class SystemModel {
 
     void connect(const fmi::SystemElement& from, model::System& to, const std::string& path,
                  std::set<std::string>& names, std::map<std::string, Ends>& ends) {
+        Connectors parameters;
+        const auto add_parameters = [&](const std::string& element, const auto& connectors) {
+            for (const auto& c : connectors)
+                if (is_parameter(c.kind)) parameters.emplace(element, c.name);
+        };
+        add_parameters("", from.connectors);
+        for (const auto& element : from.elements) add_parameters(element.name, element.connectors);
         std::map<std::string, std::size_t> by_source;
         const auto add = [&](const model::Endpoint& a, const model::Endpoint& b) {
             const auto [known, is_new] = by_source.emplace(a.text(), to.connections.size());
@@ -272,18 +322,11 @@ class SystemModel {
                                   const std::string& connector) -> const model::Endpoint* {
                 const auto& its = ends[element];
                 const auto found = its.find(connector);
-                return found == its.end() || found->second.port.empty() ? nullptr : &found->second;
+                return found == its.end() ? nullptr : &found->second;
             };
             const auto *a = find(wire.from_element, wire.from), *b = find(wire.to_element, wire.to);
-            const auto is_parameter = [&](const std::string& element, const std::string& connector) {
-                const fmi::SystemElement* of = &from;
-                for (const auto& e : from.elements)
-                    if (e.name == element) of = &e;
-                const auto kind = of->find(connector)->kind;
-                return kind == fmi::Causality::parameter || kind == fmi::Causality::structural_parameter;
-            };
-            if (is_parameter(wire.to_element, wire.to)) {
-                if (wire.from_element.empty() && is_parameter("", wire.from))
+            if (parameters.contains({wire.to_element, wire.to})) {
+                if (wire.from_element.empty() && parameters.contains({"", wire.from}))
                     continue; // its value is given already
                 refuse("a signal leads to the parameter '" + path + wire.to_element + "." + wire.to +
                        "', which is not known here; connect it to an input");
@@ -294,7 +337,7 @@ class SystemModel {
             model::Endpoint source = *a;
             const auto convert = [&](const char* type, const char* setting, double x) {
                 model::Block block{.name = name_of(b->text() + " " + setting, names), .type = type};
-                block.settings.push_back({setting, of(expression(x))});
+                block.settings.push_back({setting, of(x)});
                 add(source, {block.name});
                 source = {block.name};
                 to.blocks.push_back(std::move(block));
@@ -339,30 +382,34 @@ class SystemModel {
     const fs::path& folder_;
     const std::string& package_;
     model::Model model_;
-    std::map<std::string, std::string> inside_; ///< what a system's connector is called as its port
-    std::map<std::string, fmi::Description> descriptions_; ///< by source
-    double step_ = 0;                                      ///< the shortest that an FMU names, s
+    std::map<std::string, fmi::Description> descriptions_;     ///< by source
+    std::map<const fmi::SystemElement*, Receivers> receivers_; ///< by system
+    double step_ = 0;                                          ///< the shortest that an FMU names, s
 };
 
 } // namespace
 
+std::string fmu_name(const DiagramNode& node) {
+    for (const auto& [name, value] : node.arguments)
+        if (name == "fmu") return value.text;
+    return {};
+}
+
 std::map<std::string, fs::path> fmus_of(const Diagram& diagram) {
     std::map<std::string, fs::path> all;
     for (const auto& node : diagram.nodes)
-        if (node.library == "FMI")
-            for (const auto& [name, value] : node.arguments)
-                if (name == "fmu") all[value.text] = fmi::find_fmu(value.text);
+        if (node.library == "FMI") all[fmu_name(node)] = fmi::find_fmu(fmu_name(node));
     return all;
 }
 
-model::Model open_system(const fs::path& package) {
+model::Model open_system(const fs::path& package, const std::vector<Override>& overrides) {
     // Blocks open their FMUs when a run starts, wherever in the command that is.
     static std::vector<std::unique_ptr<fmi::TemporaryFolder>> folders;
     folders.push_back(std::make_unique<fmi::TemporaryFolder>("system"));
     const fs::path& folder = folders.back()->path();
     fmi::extract(package, folder, {}, fmi::system_archive);
     const std::string name = package.string();
-    model::Model model = SystemModel(fmi::read_system(folder, name), folder, name).model();
+    model::Model model = SystemModel(fmi::read_system(folder, name), folder, name, overrides).model();
     const char* variable = "BLOCKFACTORY_PLUGIN_PATH";
     const char* before = std::getenv(variable);
     ::setenv(variable, (folder.string() + (before ? std::string(":") + before : "")).c_str(), 1);

@@ -21,7 +21,9 @@ void add_export_ssp(CLI::App& app) {
     add_missing(app, "export-ssp", "write a model of FMUs as a system of them");
 }
 void add_check_fmu(CLI::App& app) { add_missing(app, "check-fmu", "find out what is wrong with an FMU"); }
-model::Model open_system(const std::filesystem::path&) { throw CommandError(missing); }
+model::Model open_system(const std::filesystem::path&, const std::vector<Override>&) {
+    throw CommandError(missing);
+}
 std::map<std::string, std::filesystem::path> fmus_of(const Diagram&) { return {}; }
 
 } // namespace bf::tools

@@ -144,6 +144,23 @@ with tempfile.TemporaryDirectory() as folder:
     shutil.copy(pathlib.Path(os.path.realpath(source), "examples/arm/arm.urdf"), elsewhere)
     text = refused(f"plugins: [WholeBodyToolbox]\nblocks:\n  robot: {{block: WholeBodyToolbox/Configuration, robot: {elsewhere}/arm.urdf}}\n")
     assert "cannot bundle" in text and "put it beside the model" in text, text
+    # So are meshes of worlds, by whichever way a URDF names them.
+    shutil.copytree(pathlib.Path(examples, "two_robots"), folder / "two")
+    arm = folder / "two/arm.urdf"
+    plain = arm.read_text()
+    mesh = pathlib.Path(elsewhere, "part.obj")
+    mesh.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
+    for address, text in ((f"file://{mesh}", f"cannot bundle the mesh file://{mesh} of {arm}: it is looked for at that place alone; "
+                                             "name it relative to the URDF"),
+                          ("part.obj", f"cannot bundle {mesh}: it is neither in the model's folder")):
+        arm.write_text(plain.replace('<robot name="arm">', f'<robot name="arm">\n  <mujoco><compiler meshdir="{elsewhere}"/></mujoco>').replace(
+            '<link name="tip"/>', f'<link name="tip"><visual><geometry><mesh filename="{address}"/></geometry></visual></link>'))
+        got = said("export-fmu", folder / "two/model.yaml", "-o", folder / "wrong.fmu")
+        assert text in got, got
     shutil.rmtree(elsewhere)
+    os.environ["CXX"] = "false"
+    text = refused(robot)
+    assert text.rstrip().endswith("set CXX to a compiler of C++20"), text
+    del os.environ["CXX"]
     text = refused("plugins: [FMI]\nblocks:\n  f: {block: FMI/FMU, fmu: law.fmu, period: 0.01}\n")
     assert "the plugin FMI, which opens FMUs" in text, text

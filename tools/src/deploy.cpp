@@ -18,7 +18,6 @@
 #include <link.h>
 #include <sched.h>
 #include <set>
-#include <sys/utsname.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -37,12 +36,6 @@ struct DeployOptions {
     ModelOptions model;
     std::string folder, target, prefix;
 };
-
-std::string machine() {
-    utsname system{};
-    uname(&system);
-    return system.machine;
-}
 
 /// A plugin that opens libraries in runs only has this function: it opens them all, and gives the files that
 /// they read, up to null, which a package has in share/blockfactory. It may throw std::runtime_error:

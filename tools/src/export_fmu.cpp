@@ -21,7 +21,6 @@
 #include <future>
 #include <mutex>
 #include <set>
-#include <sys/utsname.h>
 
 namespace bf::tools {
 
@@ -41,25 +40,19 @@ using Role = codegen::FmuVariable::Role;
 std::vector<double> row_by_row(const std::vector<double>& elements, int rows, int cols) {
     std::vector<double> all;
     for (int i = 0; i < static_cast<int>(elements.size()); ++i)
-        all.push_back(elements[static_cast<std::size_t>(i % cols * rows + i / cols)]);
+        all.push_back(elements[static_cast<std::size_t>(fmi::column_by_column(i, rows, cols))]);
     return all;
 }
 
 fmi::Variable variable_of(const codegen::FmuVariable& v, std::uint32_t reference) {
-    static constexpr fmi::Type types[] = {fmi::Type::float64, fmi::Type::float32, fmi::Type::int8,
-                                          fmi::Type::uint8,   fmi::Type::int16,   fmi::Type::uint16,
-                                          fmi::Type::int32,   fmi::Type::uint32,  fmi::Type::boolean};
     const bool is_real = v.type == Type::float64 || v.type == Type::float32;
     const auto changing = is_real ? fmi::Variability::continuous : fmi::Variability::discrete;
     fmi::Variable its{.name = fmi::structured_name(v.name),
                       .unit = v.unit,
                       .doc = v.doc,
                       .reference = reference,
-                      .type = types[static_cast<std::size_t>(v.type)]};
-    if (v.cols != 1)
-        its.dimensions = {v.rows, v.cols};
-    else if (v.rows != 1)
-        its.dimensions = {v.rows};
+                      .type = type_of(v.type),
+                      .dimensions = dimensions_of(v.rows, v.cols)};
     if (std::isfinite(v.limits.minimum)) its.minimum = v.limits.minimum;
     if (std::isfinite(v.limits.above)) its.minimum = v.limits.above;
     if (std::isfinite(v.limits.maximum)) its.maximum = v.limits.maximum;
@@ -228,14 +221,9 @@ std::string page(const LoadedModel& loaded, const fmi::Description& d) {
     return text + "</table>\n</body></html>\n";
 }
 
-std::string machine() {
-    utsname system{};
-    uname(&system);
-    return system.machine;
-}
-
-/// Runs a compiler, several at once; throws CommandError with what it says.
-void compile(const std::vector<std::string>& commands, const fs::path& folder, const std::string& target) {
+/// Runs a compiler, several at once; throws CommandError with what it says, and the remedy.
+void compile(const std::vector<std::string>& commands, const fs::path& folder, const std::string& target,
+             const char* remedy) {
     std::mutex mutex;
     std::size_t next = 0;
     const auto work = [&] {
@@ -248,10 +236,8 @@ void compile(const std::vector<std::string>& commands, const fs::path& folder, c
             }
             const std::string log = (folder / ("log" + std::to_string(at))).string();
             if (std::system((commands[at] + " >" + escape::shell(log) + " 2>&1").c_str()) != 0)
-                throw CommandError(
-                    "the code of the FMU cannot be compiled for " + target + ":\n" +
-                    escape::shortened(read_text_file(log), 2000) +
-                    "\nset CXX to a compiler of C++17, or leave the binary out by --sources-only");
+                throw CommandError("the code of the FMU cannot be compiled for " + target + ":\n" +
+                                   escape::shortened(read_text_file(log), 2000) + "\n" + remedy);
         }
     };
     std::vector<std::future<bool>> workers;
@@ -281,7 +267,10 @@ std::string compiled(const codegen::FmuCode& code, const std::string& target, co
                            escape::shell(object));
         objects += " " + escape::shell(object);
     }
-    compile(commands, folder.path(), target);
+    const char* const remedy =
+        code.is_hosted ? "set CXX to a compiler of C++20"
+                       : "set CXX to a compiler of C++17, or leave the binary out by --sources-only";
+    compile(commands, folder.path(), target, remedy);
     // It brings the C++ library along, and shows others nothing but the functions of the standard. With
     // plugins the C++ library stands beside it, as they throw and catch: a library that names all that is
     // beside it has them found before they look for one another.
@@ -296,7 +285,7 @@ std::string compiled(const codegen::FmuCode& code, const std::string& target, co
     const auto library = folder.path() / "library.so";
     compile({compiler + " -shared -Wl,--exclude-libs,ALL -Wl,-s" + objects + linked + " -o " +
              escape::shell(library.string())},
-            folder.path(), target);
+            folder.path(), target, remedy);
     return read_text_file(library);
 }
 
@@ -332,19 +321,20 @@ MadeFmu make_fmu(const LoadedModel& loaded, const FmuOptions& options) {
     if (options.version == 3 && !code.is_hosted)
         contents["sources/buildDescription.xml"] = build_description(code);
     contents["documentation/index.html"] = page(loaded, description);
-    contents["documentation/licenses/license.txt"] =
-        "The files under sources/bf are a part of BlockFactory, licensed under the Apache License 2.0\n"
-        "(SPDX-License-Identifier: Apache-2.0). All others were made from the model, whose authors license "
-        "them.\n";
+    std::string& license = contents["documentation/licenses/license.txt"];
     if (code.is_hosted) {
-        std::string& text = contents["documentation/licenses/license.txt"];
-        text =
+        license =
             "The library and what is called libbf_* and WholeBodyToolbox beside it are BlockFactory's, "
             "licensed "
             "under the Apache License 2.0\n(SPDX-License-Identifier: Apache-2.0), but for what was made from "
             "the model, whose authors license it. These stand there, too, and have licences of their own:\n";
-        for (const auto& [name, file] : libraries) text += name + "\n";
-        text += "So do the files under resources.\n";
+        for (const auto& [name, file] : libraries) license += name + "\n";
+        license += "So do the files under resources.\n";
+    } else {
+        license =
+            "The files under sources/bf are a part of BlockFactory, licensed under the Apache License 2.0\n"
+            "(SPDX-License-Identifier: Apache-2.0). All others were made from the model, whose authors "
+            "license them.\n";
     }
 
     const fmi::TemporaryFolder folder("export");
@@ -372,6 +362,18 @@ MadeFmu make_fmu(const LoadedModel& loaded, const FmuOptions& options) {
         }
     }
     return made;
+}
+
+fmi::Type type_of(Type type) {
+    static constexpr fmi::Type types[] = {fmi::Type::float64, fmi::Type::float32, fmi::Type::int8,
+                                          fmi::Type::uint8,   fmi::Type::int16,   fmi::Type::uint16,
+                                          fmi::Type::int32,   fmi::Type::uint32,  fmi::Type::boolean};
+    return types[static_cast<std::size_t>(type)];
+}
+
+std::vector<int> dimensions_of(int rows, int cols) {
+    if (cols != 1) return {rows, cols};
+    return rows == 1 ? std::vector<int>() : std::vector{rows};
 }
 
 void FmuOptions::add_to(CLI::App& app) {

@@ -25,4 +25,8 @@ struct MadeFmu {
 /// Throws codegen::GenerationError for what cannot be exported, CommandError where the compiler fails.
 MadeFmu make_fmu(const LoadedModel& loaded, const FmuOptions& options);
 
+/// How FMUs have a quantity of that type and size: a column as an array, one number without dimensions.
+fmi::Type type_of(Type type);
+std::vector<int> dimensions_of(int rows, int cols);
+
 } // namespace bf::tools

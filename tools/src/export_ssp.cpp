@@ -40,6 +40,22 @@ bool has_fmus(const model::System& system) {
                        [](const auto& b) { return is_fmu(b) || (b.content() && has_fmus(*b.content())); });
 }
 
+std::string solver_name(SolverMethod its) {
+    for (const auto& [name, method] : solver_methods)
+        if (method == its) return std::string(name);
+    return {};
+}
+
+/// Is it the block of that path, or inside of the subsystem?
+bool is_in(const DiagramNode& node, const std::string& path) {
+    return node.path.starts_with(path) && (node.path.size() == path.size() || node.path[path.size()] == '.');
+}
+
+/// Of its sample time, s.
+double offset_of(const Diagram& diagram, const DiagramNode& node) {
+    return static_cast<double>(diagram.rates[static_cast<std::size_t>(node.rate)].offset) * diagram.step;
+}
+
 /// A subsystem that is walked: where it stands, and what is seen there.
 struct Scope {
     std::string path; ///< "" or "sub."
@@ -93,8 +109,7 @@ class SystemExporter {
         if (std::isfinite(diagram_.stop)) its_.stop = diagram_.stop;
         its_.own["step"] = number_text(diagram_.step);
         const auto& solver = diagram_.solver;
-        for (const auto& [name, method] : solver_methods)
-            if (method == solver.method) its_.own["solver"] = name;
+        its_.own["solver"] = solver_name(solver.method);
         if (is_adaptive(solver.method)) {
             its_.own["relative_tolerance"] = number_text(solver.relative_tolerance);
             its_.own["absolute_tolerance"] = number_text(solver.absolute_tolerance);
@@ -135,23 +150,12 @@ class SystemExporter {
     }
     void add_port(fmi::SystemElement& to, const std::string& name, fmi::Causality causality,
                   const Node::End& end, const std::string& unit) {
-        static constexpr fmi::Type types[] = {fmi::Type::float64, fmi::Type::float32, fmi::Type::int8,
-                                              fmi::Type::uint8,   fmi::Type::int16,   fmi::Type::uint16,
-                                              fmi::Type::int32,   fmi::Type::uint32,  fmi::Type::boolean};
-        const auto [rows, cols, is_matrix] = diagram_.slot(end).size;
-        fmi::Variable v{.name = name,
-                        .unit = unit,
-                        .type = types[static_cast<std::size_t>(type_of(end))],
-                        .causality = causality};
-        if (is_matrix)
-            v.dimensions = {rows, cols};
-        else if (rows != 1)
-            v.dimensions = {rows};
-        add_connector(to, v);
-    }
-    Type type_of(const Node::End& end) const {
-        const auto& resolution = diagram_.nodes[static_cast<std::size_t>(end.node)].block->resolution();
-        return resolution.type_of(end.slot).value_or(Type::float64);
+        const auto& slot = diagram_.slot(end);
+        add_connector(to, {.name = name,
+                           .unit = unit,
+                           .type = type_of(slot.type),
+                           .causality = causality,
+                           .dimensions = dimensions_of(slot.size.rows, slot.size.cols)});
     }
     /// The signal that an end of a connection gives.
     Node::End source(const Scope& scope, const model::Endpoint& end) const {
@@ -179,9 +183,8 @@ class SystemExporter {
         std::map<std::string, Names> names;
         for (const auto& block : system.blocks) {
             const std::string path = scope.path + block.name;
-            if (std::none_of(diagram_.nodes.begin(), diagram_.nodes.end(), [&](const auto& node) {
-                    return node.path == path || node.path.starts_with(path + ".");
-                }))
+            if (std::none_of(diagram_.nodes.begin(), diagram_.nodes.end(),
+                             [&](const auto& node) { return is_in(node, path); }))
                 continue; // a variant that is left out
             fmi::SystemElement element{block.name, block.doc};
             if (is_fmu(block))
@@ -200,9 +203,7 @@ class SystemExporter {
         const auto n = diagram_.find_node(path);
         const auto& node = diagram_.nodes[static_cast<std::size_t>(n)];
         const auto kind = block.type == "FMI/FMU" ? fmi::Kind::co_simulation : fmi::Kind::model_exchange;
-        std::string name;
-        for (const auto& [argument, value] : node.arguments)
-            if (argument == "fmu") name = value.text;
+        const std::string name = fmu_name(node);
         const fs::path file = fmi::find_fmu(name);
         const auto description = fmi::description_of(file);
         is_of_2_ = is_of_2_ && description.version == 2;
@@ -217,9 +218,8 @@ class SystemExporter {
         element.kind = kind;
         const auto& rate = diagram_.rates[static_cast<std::size_t>(node.rate)];
         if (kind == fmi::Kind::co_simulation && (rate.ticks != 1 || rate.offset != 0)) {
-            element.own["period"] = number_text(static_cast<double>(rate.ticks) * diagram_.step);
-            if (rate.offset != 0)
-                element.own["offset"] = number_text(static_cast<double>(rate.offset) * diagram_.step);
+            element.own["period"] = number_text(diagram_.period(node.rate));
+            if (rate.offset != 0) element.own["offset"] = number_text(offset_of(diagram_, node));
         }
         const auto block_names = fmi::block_names(description, kind);
         const auto& resolution = node.block->resolution();
@@ -247,14 +247,10 @@ class SystemExporter {
                               v.type == fmi::Type::enumeration ? fmi::Type::int32 : v.type};
         p.unit = v.type == fmi::Type::float64 || v.type == fmi::Type::float32 ? unit_of(v.unit) : "";
         p.dimensions = v.dimensions;
-        const auto count = static_cast<std::size_t>(v.count());
-        const std::size_t cols = v.dimensions.size() < 2
-                                     ? 1
-                                     : count / static_cast<std::size_t>(std::max(v.dimensions[0], 1)),
-                          rows = count / std::max<std::size_t>(cols, 1);
-        for (std::size_t i = 0; i < count; ++i)
-            p.values.push_back(slot.initial.size() == 1 ? slot.initial[0]
-                                                        : slot.initial[i % cols * rows + i / cols]);
+        for (int i = 0; i < v.count(); ++i) {
+            const int place = slot.initial.size() == 1 ? 0 : fmi::column_by_column(i, v.rows(), v.cols());
+            p.values.push_back(slot.initial[static_cast<std::size_t>(place)]);
+        }
         if (p.values != v.start) its_.system.parameters.push_back(std::move(p));
     }
 
@@ -352,7 +348,8 @@ class SystemExporter {
             }
             return false;
         });
-        if (runs_in_solver(path) && !has_continuous_states(path)) make_continuous(part);
+        const bool is_of_solver = runs_in_solver(path);
+        if (is_of_solver && !has_continuous_states(path)) make_continuous(part);
         const MadeFmu fmu = made(part, scope, path);
         std::string file = "resources/" + escape::file_name(path) + ".fmu";
         while (files_.contains(file)) file.insert(file.size() - 4, "_");
@@ -360,7 +357,7 @@ class SystemExporter {
         fmi::write_archive(fmu.contents, folder.path() / "part.fmu");
         files_[file] = read_text_file(folder.path() / "part.fmu");
         element.source = file;
-        element.kind = runs_in_solver(path) ? fmi::Kind::model_exchange : fmi::Kind::co_simulation;
+        element.kind = is_of_solver ? fmi::Kind::model_exchange : fmi::Kind::co_simulation;
 
         Names names;
         const auto& variables = fmu.description.variables;
@@ -389,10 +386,9 @@ class SystemExporter {
 
     model::Model model_of_part(const Scope& scope, const model::Block& block) const {
         model::Model part{.name = block.name};
-        part.step = expression(diagram_.step);
-        for (const auto& [name, method] : solver_methods)
-            if (method == diagram_.solver.method) // which is that of co-simulation alone
-                part.solver = model::Expression{.text = is_adaptive(method) ? "rk4" : std::string(name)};
+        part.step = model::Expression{number_text(diagram_.step)};
+        const auto method = diagram_.solver.method; // which is that of co-simulation alone
+        part.solver = model::Expression{solver_name(is_adaptive(method) ? SolverMethod::rk4 : method)};
         if (diagram_.solves_algebraic_loops) part.algebraic_loops = model::AlgebraicLoops::solve;
         for (const auto& plugin : model_.plugins)
             if (plugin.name != "FMI") part.plugins.push_back({plugin.name});
@@ -403,11 +399,10 @@ class SystemExporter {
         return part;
     }
 
-    static model::Expression expression(double x) { return {.text = number_text(x)}; }
-
     model::Port port_of(const std::string& name, const Node::End& end) const {
-        const auto [rows, cols, is_matrix] = diagram_.slot(end).size;
-        model::Port port{.name = name, .type = bf::name(type_of(end))};
+        const auto& slot = diagram_.slot(end);
+        const auto [rows, cols, is_matrix] = slot.size;
+        model::Port port{.name = name, .type = bf::name(slot.type)};
         if (is_matrix)
             port.shape = {.text = "[" + std::to_string(rows) + " " + std::to_string(cols) + "]"};
         else if (rows != 1)
@@ -420,8 +415,8 @@ class SystemExporter {
         const auto& rate = diagram_.rates[static_cast<std::size_t>(node.rate)];
         if (block.period || rate.is_constant || rate.is_continuous || rate.trigger != 0) return;
         if (rate.ticks == 1 && rate.offset == 0) return;
-        block.period = expression(static_cast<double>(rate.ticks) * diagram_.step);
-        if (rate.offset != 0) block.offset = expression(static_cast<double>(rate.offset) * diagram_.step);
+        block.period = model::Expression{number_text(diagram_.period(node.rate))};
+        if (rate.offset != 0) block.offset = model::Expression{number_text(offset_of(diagram_, node))};
     }
 
     /// Of the changes of the command those that concern the part.
@@ -458,7 +453,7 @@ class SystemExporter {
     /// Blocks must run as often as they do in the model, with the types and sizes that they have there.
     void compare(const Diagram& part, const std::string& prefix, const std::string& path) const {
         for (const auto& node : diagram_.nodes) {
-            if (node.path != path && !node.path.starts_with(path + ".")) continue;
+            if (!is_in(node, path)) continue;
             const auto& rate = diagram_.rates[static_cast<std::size_t>(node.rate)];
             const int n = part.find_node(node.path.substr(prefix.size()));
             if (n < 0) continue;
@@ -474,15 +469,13 @@ class SystemExporter {
                            "; give it a value of that type and size, or put a Convert behind it");
             }
             if (rate.is_constant || rate.trigger != 0) continue;
-            const auto& its =
-                part.rates[static_cast<std::size_t>(part.nodes[static_cast<std::size_t>(n)].rate)];
+            const auto& its = part.nodes[static_cast<std::size_t>(n)];
             const bool is_needed = is_needed_[static_cast<std::size_t>(&node - diagram_.nodes.data())] != 0;
-            const bool is_same = rate.is_continuous
-                                     ? its.is_continuous || !is_needed
-                                     : static_cast<double>(its.ticks) * part.step ==
-                                               static_cast<double>(rate.ticks) * diagram_.step &&
-                                           static_cast<double>(its.offset) * part.step ==
-                                               static_cast<double>(rate.offset) * diagram_.step;
+            const bool is_same =
+                rate.is_continuous
+                    ? part.rates[static_cast<std::size_t>(its.rate)].is_continuous || !is_needed
+                    : part.period(its.rate) == diagram_.period(node.rate) &&
+                          offset_of(part, its) == offset_of(diagram_, node);
             if (!is_same)
                 refuse("'" + node.path + "' has its sample time from outside of '" + path +
                        "', which becomes an FMU; give it a period");
@@ -492,16 +485,16 @@ class SystemExporter {
     bool has_continuous_states(const std::string& path) const {
         return std::any_of(diagram_.nodes.begin(), diagram_.nodes.end(), [&](const auto& node) {
             const auto& slots = node.block->declaration().slots;
-            return (node.path == path || node.path.starts_with(path + ".")) &&
-                   std::any_of(slots.begin(), slots.end(),
-                               [](const auto& s) { return s.role == bf::Role::continuous_state; });
+            return is_in(node, path) && std::any_of(slots.begin(), slots.end(), [](const auto& s) {
+                       return s.role == bf::Role::continuous_state;
+                   });
         });
     }
     /// Does the solver ask for it inside of a step?
     bool runs_in_solver(const std::string& path) const {
         for (std::size_t n = 0; n < diagram_.nodes.size(); ++n) {
             const auto& node = diagram_.nodes[n];
-            if ((node.path == path || node.path.starts_with(path + ".")) && is_needed_[n] &&
+            if (is_in(node, path) && is_needed_[n] &&
                 diagram_.rates[static_cast<std::size_t>(node.rate)].is_continuous)
                 return true;
         }

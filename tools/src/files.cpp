@@ -5,6 +5,7 @@
 #include "robots.hpp"
 
 #include <dlfcn.h>
+#include <sys/utsname.h>
 
 namespace bf::tools {
 
@@ -92,6 +93,12 @@ fs::path shared_folder(const char* name) {
     Dl_info core{};
     if (::dladdr(reinterpret_cast<const void*>(&did_you_mean), &core) == 0) return {};
     return fs::path(core.dli_fname).parent_path().parent_path() / "share" / "blockfactory" / name;
+}
+
+std::string machine() {
+    utsname system{};
+    uname(&system);
+    return system.machine;
 }
 
 void refuse_overwriting(const std::vector<WrittenFile>& written, const FileSet& read) {

@@ -35,6 +35,9 @@ FileSet files_of(const std::filesystem::path& model, std::map<std::filesystem::p
 /// A folder of this installation, share/blockfactory/NAME, where there is one.
 std::filesystem::path shared_folder(const char* name);
 
+/// What this computer's kind is called: x86_64, aarch64.
+std::string machine();
+
 /// Is it one by its name?
 inline bool is_recording(const std::filesystem::path& file) { return file.extension() == ".mcap"; }
 

@@ -108,7 +108,6 @@ FmuCode Generator::fmu(int version, const std::map<std::string, std::string>& fo
     FmuCode code;
     is_fmu_ = true;
     folders_ = folders;
-    has_model_exchange_ = !has_hosted(); // what is made does not know of instants between steps
     for (auto& [name, text] : run())
         if (!name.starts_with("include/") && name != "main.cpp" && !name.starts_with(file_ + "_c.") &&
             (name.ends_with(".hpp") || name.ends_with(".cpp")))
@@ -196,7 +195,7 @@ FmuCode Generator::fmu(int version, const std::map<std::string, std::string>& fo
 
     row = 0;
     std::vector<FmuVariable> rates;
-    for (const auto& field : has_model_exchange_ ? continuous_ : std::vector<Field>()) {
+    for (const auto& field : has_model_exchange() ? continuous_ : std::vector<Field>()) {
         auto state = of_slot(FmuVariable::Role::state, field.path, field.end);
         state.rows *= state.cols; // elements in the order of the solver
         state.cols = 1;
@@ -211,7 +210,7 @@ FmuCode Generator::fmu(int version, const std::map<std::string, std::string>& fo
     }
     row = 0;
     for (auto& rate : rates) add(std::move(rate), "bf::generated::fmu_rates", row++);
-    if (guard_count() > 0 && has_model_exchange_)
+    if (guard_count() > 0 && has_model_exchange())
         add({FmuVariable::Role::crossings,
              "event_indicators",
              "",
@@ -240,8 +239,8 @@ FmuCode Generator::fmu(int version, const std::map<std::string, std::string>& fo
         (rows.empty() ? "    {bf_run_inputs, 0, FmuSetting::none}, // none: not counted\n" : rows) +
         "};\nconst bf::generated::FmuTables bf::generated::fmu_tables{bf_run_v1, " + literal(code.token) +
         ", rows, " + std::to_string(code.variables.size()) + ", " +
-        (has_model_exchange_ ? "&bf::generated::ExchangeOf<" + class_ + ">::functions"
-                             : "&bf::generated::no_exchange") +
+        (has_model_exchange() ? "&bf::generated::ExchangeOf<" + class_ + ">::functions"
+                              : "&bf::generated::no_exchange") +
         ", " + (code.is_hosted ? "&bf::generated::HostOf<" + class_ + ">::functions" : "nullptr") + "};\n";
     Files headers;
     for (const auto& [name, text] : code.files) {

@@ -85,6 +85,9 @@ class Generator {
     Type type_of(const Slot& slot) const { return slot.type == Type::float64 ? real() : slot.type; }
     /// Does the program make blocks, or elaborate the model?
     bool has_hosted() const { return hosted_count_ > 0 || is_dynamic(); }
+    /// Functions by which a solver of the caller integrates the model: what is made does not know of instants
+    /// between steps.
+    bool has_model_exchange() const { return is_fmu_ && !has_hosted(); }
     bool is_dynamic() const { return options_.has_runtime_sizes; }
     int hosted_number(int n) const { return is_dynamic() ? n : hosted_[static_cast<std::size_t>(n)]; }
     void place_all();
@@ -266,8 +269,7 @@ class Generator {
     Options options_;
     bool is_fmu_ = false;
     std::map<std::string, std::string> folders_; ///< of blocks of an FMU, in its resources
-    bool has_model_exchange_ = false; ///< functions by which a solver of the caller integrates the model
-    std::string flatten_ = "[[gnu::flatten]] "; ///< before a function that kernels are joined into
+    std::string flatten_ = "[[gnu::flatten]] ";  ///< before a function that kernels are joined into
     std::string control_ = "control_.", step_time_ = "time_"; ///< before what controls a step; of this step
     std::string time_ = step_time_;                           ///< of what is printed
     std::vector<std::string> split_problems_;                 ///< what stands against a function per rate

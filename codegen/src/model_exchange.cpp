@@ -20,7 +20,7 @@ void Generator::go_on_between_steps(program::Statements& outputs) const {
 }
 
 std::string Generator::exchange_declarations(const Calls& calls) const {
-    if (!has_model_exchange_) return {};
+    if (!has_model_exchange()) return {};
     const auto truth = [](bool is) { return is ? "true" : "false"; };
     return "\n    /// For a solver of the caller, which integrates `continuous` where update() would. A step "
            "is output() and "
@@ -41,7 +41,7 @@ std::string Generator::exchange_declarations(const Calls& calls) const {
 }
 
 std::string Generator::exchange_functions(const Calls& calls) {
-    if (!has_model_exchange_) return {};
+    if (!has_model_exchange()) return {};
     const std::string head = "bool " + class_ + "::", guards = number(guard_count());
     std::string copies, rows, answers;
     bool is_behind = false; // what a step evaluates

@@ -185,7 +185,7 @@ std::string Generator::header(const Calls& calls) const {
         end + "    /// The parameter or variable of that name, or null.\n    " +
         (is_dynamic() ? "" : "static ") + "const bf::generated::Quantity* find_parameter(const char* name) " +
         end + "    /// What is fixed, and why.\n    " + table + "FixedNames fixed_table() " + end +
-        (has_hosted() && !is_dynamic()
+        (is_fmu_ && has_hosted()
              ? "    /// Makes the blocks that initialize() would make; false, with failure(), where it "
                "cannot.\n"
                "    bool make_blocks() noexcept { return prepare_hosted_blocks(); }\n"
@@ -193,7 +193,9 @@ std::string Generator::header(const Calls& calls) const {
                "    /// The size of all that a snapshot holds besides what made blocks hold.\n"
                "    std::size_t own_bytes() const noexcept {\n        return static_cast<std::size_t>("
                "reinterpret_cast<const char*>(&hosted_) - reinterpret_cast<const char*>(this));\n    }\n"
-               "    /// Arguments of the blocks that the program makes: fixed by the first "
+             : "") +
+        (has_hosted() && !is_dynamic()
+             ? "    /// Arguments of the blocks that the program makes: fixed by the first "
                "initialize().\n    "
                "static bf::generated::FixedNames argument_table() noexcept;\n    void "
                "set_arguments(std::vector<bf::generated::Entry> arguments) { arguments_ = "
@@ -255,11 +257,12 @@ std::string Generator::header(const Calls& calls) const {
              ? "    std::unique_ptr<bf::generated::Hosted> hosted_; // the elaborated model\n    "
                "std::string problem_; // why there is none\n    double planned_stop_ = stop_time;\n    "
                "std::vector<bf::kernels::View<const double>> constants_;\n"
-         : has_hosted() ? "    // Last: what stands before is what own_bytes() counts.\n"
-                          "    std::unique_ptr<bf::generated::Hosted> hosted_;\n    std::string problem_; // "
-                          "why they could not be made\n    "
-                          "std::vector<bf::generated::Entry> arguments_; // changed ones\n"
-                        : "") +
+         : has_hosted()
+             ? std::string(is_fmu_ ? "    // Last: what stands before is what own_bytes() counts.\n" : "") +
+                   "    std::unique_ptr<bf::generated::Hosted> hosted_;\n    std::string problem_; // "
+                   "why they could not be made\n    "
+                   "std::vector<bf::generated::Entry> arguments_; // changed ones\n"
+             : "") +
         "};\n";
     return text;
 }

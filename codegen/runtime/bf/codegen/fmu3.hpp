@@ -20,15 +20,17 @@ inline void log(const FmuInstance& instance, FmuInstance::Level level, const cha
         callback(instance.environment, fmi3Status(level), category, text);
 }
 
+/// Enumerations are integers of 64 bits in the standard, and of 32 in the model; no others have 64.
+template <class T> constexpr bool is_enumeration = std::is_same_v<T, fmi3Int64>;
+
 /// Calls f with each variable and where its values begin; false for what has another type or size.
-/// Enumerations have one of their own.
-template <class F>
-bool for_each(FmuInstance& instance, const char* function, Type type, bool is_enumeration,
-              const fmi3ValueReference* references, std::size_t count, std::size_t values, F&& f) {
+template <class T, class F>
+bool for_each(FmuInstance& instance, const char* function, Type type, const fmi3ValueReference* references,
+              std::size_t count, std::size_t values, F&& f) {
     std::size_t at = 0;
     for (std::size_t i = 0; i < count; ++i) {
         const auto* const v = instance.variables.variable(references[i]);
-        if (!v || v->type != type || v->is_enumeration != is_enumeration)
+        if (!v || v->type != type || v->is_enumeration != is_enumeration<T>)
             return has_none(instance, function, references[i]);
         if (at + std::size_t(v->count) > values) break;
         if (!f(*v, at)) return false;
@@ -40,39 +42,38 @@ bool for_each(FmuInstance& instance, const char* function, Type type, bool is_en
     return false;
 }
 
-/// `Stored`: how the model has them.
-template <class Stored, class T>
+template <class T>
 fmi3Status get(fmi3Instance handle, const char* function, Type type, const fmi3ValueReference* references,
                std::size_t count, T* values, std::size_t size) noexcept {
+    using Stored = std::conditional_t<is_enumeration<T>, fmi3Int32, T>;
     return call(handle, Call::get_values, function, [&](FmuInstance& instance) {
-        return for_each(instance, function, type, !std::is_same_v<Stored, T>, references, count, size,
-                        [&](const auto& v, std::size_t at) {
-                            if (!refreshed(instance, v)) return false;
-                            const auto* const from = reinterpret_cast<const Stored*>(v.data);
-                            for (int i = 0; i < v.count; ++i)
-                                values[at + std::size_t(i)] = from[FmuVariables::place(v, i)];
-                            return true;
-                        });
+        return for_each<T>(instance, function, type, references, count, size,
+                           [&](const auto& v, std::size_t at) {
+                               if (!refreshed(instance, v)) return false;
+                               const auto* const from = reinterpret_cast<const Stored*>(v.data);
+                               for (int i = 0; i < v.count; ++i)
+                                   values[at + std::size_t(i)] = from[FmuVariables::place(v, i)];
+                               return true;
+                           });
     });
 }
 
-template <class Stored, class T>
+template <class T>
 fmi3Status set(fmi3Instance handle, const char* function, Type type, const fmi3ValueReference* references,
                std::size_t count, const T* values, std::size_t size) noexcept {
-    constexpr bool is_enumeration = !std::is_same_v<Stored, T>;
     return call(handle, Call::set_values, function, [&](FmuInstance& instance) {
-        const bool good = for_each(instance, function, type, is_enumeration, references, count, size,
-                                   [&](const auto& v, std::size_t at) {
-                                       if (!can_be_set(instance, function, v)) return false;
-                                       for (int i = 0; i < v.count; ++i) {
-                                           const T value = values[at + std::size_t(i)];
-                                           if constexpr (is_enumeration)
-                                               if (T(Stored(value)) != value)
-                                                   return cannot_be(instance, function, v, double(value));
-                                           instance.write(v, i, double(value));
-                                       }
-                                       return true;
-                                   });
+        const bool good = for_each<T>(instance, function, type, references, count, size,
+                                      [&](const auto& v, std::size_t at) {
+                                          if (!can_be_set(instance, function, v)) return false;
+                                          for (int i = 0; i < v.count; ++i) {
+                                              const T value = values[at + std::size_t(i)];
+                                              if constexpr (is_enumeration<T>)
+                                                  if (T(fmi3Int32(value)) != value)
+                                                      return cannot_be(instance, function, v, double(value));
+                                              instance.write(v, i, double(value));
+                                          }
+                                          return true;
+                                      });
         return instance.finish_writing() && good;
     });
 }
@@ -140,27 +141,27 @@ BF_FMI_FUNCTION(fmi3EnterInitializationMode,
                  fmi3Float64 stop),
                 call, enter_initialization, { return instance.set_up(start, has_stop ? stop : HUGE_VAL); })
 
-#define BF_FMI3_VALUES(T, Stored, type)                                                                      \
+#define BF_FMI3_VALUES(T, type)                                                                              \
     fmi3Status fmi3Get##T(fmi3Instance handle, const fmi3ValueReference* references, size_t count,           \
                           fmi3##T* values, size_t size) {                                                    \
-        return bf::generated::fmu3::get<Stored>(handle, "fmi3Get" #T, bf::generated::Type::type, references, \
-                                                count, values, size);                                        \
+        return bf::generated::fmu3::get(handle, "fmi3Get" #T, bf::generated::Type::type, references, count,  \
+                                        values, size);                                                       \
     }                                                                                                        \
     fmi3Status fmi3Set##T(fmi3Instance handle, const fmi3ValueReference* references, size_t count,           \
                           const fmi3##T* values, size_t size) {                                              \
-        return bf::generated::fmu3::set<Stored>(handle, "fmi3Set" #T, bf::generated::Type::type, references, \
-                                                count, values, size);                                        \
+        return bf::generated::fmu3::set(handle, "fmi3Set" #T, bf::generated::Type::type, references, count,  \
+                                        values, size);                                                       \
     }
-BF_FMI3_VALUES(Float32, fmi3Float32, float32)
-BF_FMI3_VALUES(Float64, fmi3Float64, float64)
-BF_FMI3_VALUES(Int8, fmi3Int8, int8)
-BF_FMI3_VALUES(UInt8, fmi3UInt8, uint8)
-BF_FMI3_VALUES(Int16, fmi3Int16, int16)
-BF_FMI3_VALUES(UInt16, fmi3UInt16, uint16)
-BF_FMI3_VALUES(Int32, fmi3Int32, int32)
-BF_FMI3_VALUES(UInt32, fmi3UInt32, uint32)
-BF_FMI3_VALUES(Boolean, fmi3Boolean, boolean)
-BF_FMI3_VALUES(Int64, fmi3Int32, int32) // of enumerations
+BF_FMI3_VALUES(Float32, float32)
+BF_FMI3_VALUES(Float64, float64)
+BF_FMI3_VALUES(Int8, int8)
+BF_FMI3_VALUES(UInt8, uint8)
+BF_FMI3_VALUES(Int16, int16)
+BF_FMI3_VALUES(UInt16, uint16)
+BF_FMI3_VALUES(Int32, int32)
+BF_FMI3_VALUES(UInt32, uint32)
+BF_FMI3_VALUES(Boolean, boolean)
+BF_FMI3_VALUES(Int64, int32) // of enumerations
 #undef BF_FMI3_VALUES
 
 fmi3Status fmi3DoStep(fmi3Instance handle, fmi3Float64 time, fmi3Float64 step, fmi3Boolean,

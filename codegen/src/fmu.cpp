@@ -104,6 +104,19 @@ std::vector<double> elements_of(const std::vector<double>& initial, std::size_t 
 
 } // namespace
 
+/// Whatever has conditions, slower rates, triggers or events remembers something from one evaluation to the
+/// next.
+bool Generator::are_signals_repeatable() const {
+    using Kind = program::Statement::Kind;
+    const auto are_all = [](const program::Statements& list, std::initializer_list<Kind> kinds) {
+        return std::all_of(list.begin(), list.end(), [&](const program::Statement& s) {
+            return std::find(kinds.begin(), kinds.end(), s.kind) != kinds.end();
+        });
+    };
+    return control_quantities().empty() && are_all(program_.outputs, {Kind::run}) &&
+           are_all(program_.step, {Kind::hit, Kind::evaluate});
+}
+
 FmuCode Generator::fmu(int version, const std::map<std::string, std::string>& folders) {
     FmuCode code;
     is_fmu_ = true;
@@ -241,7 +254,8 @@ FmuCode Generator::fmu(int version, const std::map<std::string, std::string>& fo
         ", rows, " + std::to_string(code.variables.size()) + ", " +
         (has_model_exchange() ? "&bf::generated::ExchangeOf<" + class_ + ">::functions"
                               : "&bf::generated::no_exchange") +
-        ", " + (code.is_hosted ? "&bf::generated::HostOf<" + class_ + ">::functions" : "nullptr") + "};\n";
+        ", " + (code.is_hosted ? "&bf::generated::HostOf<" + class_ + ">::functions" : "nullptr") + ", " +
+        (are_signals_repeatable() ? "true" : "false") + "};\n";
     Files headers;
     for (const auto& [name, text] : code.files) {
         if (name.ends_with(".cpp")) code.sources.push_back(name);

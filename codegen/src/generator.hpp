@@ -88,6 +88,7 @@ class Generator {
     /// Functions by which a solver of the caller integrates the model: what is made does not know of instants
     /// between steps.
     bool has_model_exchange() const { return is_fmu_ && !has_hosted(); }
+    bool are_signals_repeatable() const;
     bool is_dynamic() const { return options_.has_runtime_sizes; }
     int hosted_number(int n) const { return is_dynamic() ? n : hosted_[static_cast<std::size_t>(n)]; }
     void place_all();

@@ -56,8 +56,10 @@ Transfer::Transfer(const Description& d, const Ports& ports, bool (*is_wanted)(c
         const Type type = d.version == 2 && v.type == Type::float32 ? Type::float64 : v.type;
         const auto [at, is_new] = groups.emplace(type, values_.size());
         if (is_new) values_.emplace_back(d.version, type);
-        items_.push_back({at->second, values_[at->second].add(v), &port, type_of_signal(d.version, v.type),
-                          v.rows(), v.cols()});
+        const bf::Type of_signal = type_of_signal(d.version, v.type);
+        items_.push_back(
+            {at->second, values_[at->second].add(v), &port, of_signal, v.rows(), v.cols(), written_.size()});
+        written_.resize(written_.size() + static_cast<std::size_t>(v.count() * bytes(of_signal)));
     }
 }
 
@@ -68,6 +70,7 @@ bool Transfer::write_to(Instance& instance, Now at) noexcept {
         for (int i = 0; i < item.rows * item.cols; ++i)
             values_[item.group].set(item.first + static_cast<std::size_t>(i),
                                     read_value(from, item.type, place(item, i)));
+        std::copy_n(static_cast<const std::byte*>(from), size(item), written_.data() + item.written);
     }
     return std::all_of(values_.begin(), values_.end(), [&](const Values& v) { return instance.set(v); });
 }
@@ -85,15 +88,10 @@ bool Transfer::read_from(Instance& instance, Now at) noexcept {
 }
 
 bool Transfer::differs(Now at) const noexcept {
-    for (const auto& item : items_) {
-        const void* const from = item.port->memory(at);
-        for (int i = 0; i < item.rows * item.cols; ++i) {
-            const double now = read_value(from, item.type, place(item, i)),
-                         before = values_[item.group][item.first + static_cast<std::size_t>(i)];
-            if (std::memcmp(&now, &before, sizeof now) != 0) return true;
-        }
-    }
-    return false;
+    return std::any_of(items_.begin(), items_.end(), [&](const Item& item) {
+        const auto* const before = written_.data() + item.written;
+        return !std::equal(before, before + size(item), static_cast<const std::byte*>(item.port->memory(at)));
+    });
 }
 
 // ---- the running FMU

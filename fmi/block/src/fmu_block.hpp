@@ -39,11 +39,16 @@ class Transfer {
         const Port* port;
         bf::Type type;
         int rows, cols;
+        std::size_t written; ///< where its bytes begin among those that were written last
     };
+    static std::size_t size(const Item& item) {
+        return static_cast<std::size_t>(item.rows * item.cols * bytes(item.type));
+    }
     static int place(const Item& item, int i) { return column_by_column(i, item.rows, item.cols); }
 
     std::vector<Values> values_;
     std::vector<Item> items_;
+    std::vector<std::byte> written_; ///< as the block's memory has them
 };
 
 /// The running FMU of one context, part of snapshots where the FMU can save itself.

@@ -56,15 +56,22 @@ template <class Model> struct HostOf {
     }
     static void save(bf_run_model* model, unsigned char* to) noexcept {
         std::memcpy(to, static_cast<const void*>(&of(model)), of(model).own_bytes());
-        of(model).made_blocks().save(to + own_bytes(model));
+        save_blocks(model, to + own_bytes(model));
     }
     static void restore(bf_run_model* model, const unsigned char* from) noexcept {
         const char* const folder = of(model).folder;
         std::memcpy(static_cast<void*>(&of(model)), from, of(model).own_bytes());
         of(model).folder = folder;
-        of(model).made_blocks().restore(from + own_bytes(model));
+        restore_blocks(model, from + own_bytes(model));
     }
-    static constexpr FmuHost functions{make, snapshot_size, save, restore};
+    static void save_blocks(bf_run_model* model, unsigned char* to) noexcept {
+        of(model).made_blocks().save(to);
+    }
+    static void restore_blocks(bf_run_model* model, const unsigned char* from) noexcept {
+        of(model).made_blocks().restore(from);
+    }
+    static constexpr FmuHost functions{make,      snapshot_size, save,          restore,
+                                       own_bytes, save_blocks,   restore_blocks};
 };
 
 } // namespace bf::generated

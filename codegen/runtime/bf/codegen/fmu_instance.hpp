@@ -1,6 +1,7 @@
 // A generated model as an instance of an FMU, for either version of the standard.
 #pragma once
 
+#include "bf/codegen/fmu_memory.hpp"
 #include "bf/codegen/fmu_state.hpp"
 #include "bf/codegen/fmu_variables.hpp"
 
@@ -30,7 +31,8 @@ class FmuInstance {
     FmuInstance(const FmuTables& tables, const char* name, fmi::CallOrder order_of_calls, Log log_message,
                 std::string resources)
         : order(order_of_calls), variables(tables), name_(name ? name : ""), resources_(std::move(resources)),
-          exchange_(*tables.exchange), library_(*tables.library()), host_(tables.host), log_(log_message) {}
+          exchange_(*tables.exchange), library_(*tables.library()), host_(tables.host), log_(log_message),
+          memory_(tables) {}
     FmuInstance(const FmuInstance&) = delete;
     FmuInstance& operator=(const FmuInstance&) = delete;
     ~FmuInstance() { close(); }
@@ -45,7 +47,7 @@ class FmuInstance {
         folder_ = resources_;
         if (host_ && !host_->make(model_, folder_)) return fail_of_model();
         if (!variables.bind(model_, &moment_.time)) return fail("its tables do not fit its code");
-        before_.resize(host_ ? host_->snapshot_size(model_) : library_.snapshot_size);
+        memory_.bind(model_);
         is_computed_ = is_stale_ = false;
         return true;
     }
@@ -64,8 +66,8 @@ class FmuInstance {
 
     const char* name() const noexcept { return name_.c_str(); }
     double time() const noexcept { return moment_.time; }
-    bool has_state() const noexcept { return !before_.empty(); }
-    std::size_t model_size() const noexcept { return before_.size(); } ///< bytes of a saved model
+    bool has_state() const noexcept { return memory_.size() > 0; }
+    std::size_t model_size() const noexcept { return memory_.size(); } ///< bytes of a saved model
     std::uint64_t fingerprint() const noexcept { return library_.fingerprint; }
 
     // ---- variables
@@ -154,7 +156,7 @@ class FmuInstance {
         }
         if (is_computed_) return true;
         if (!initialize()) return false;
-        if (has_state() && !ends) save_model(before_.data());
+        if (has_state() && !ends) memory_.keep();
         is_computed_ = true;
         return library_.output(model_) || fail_of_model();
     }
@@ -273,9 +275,9 @@ class FmuInstance {
         to.moment = moment_;
         to.model.resize(model_size());
         if (is_computed_)
-            std::memcpy(to.model.data(), before_.data(), before_.size());
+            memory_.save_kept(to.model.data());
         else
-            save_model(to.model.data());
+            memory_.save(to.model.data());
     }
     bool restore(const FmuState& from) {
         if (host_ && from.moment.is_initialized && !initialize()) return false; // its blocks start
@@ -283,7 +285,7 @@ class FmuInstance {
         moment_ = from.moment;
         is_computed_ = false;
         is_stale_ = true;
-        restore_model(from.model.data());
+        memory_.restore(from.model.data());
         return remember_states();
     }
 
@@ -332,12 +334,6 @@ class FmuInstance {
 
     /// When the next step of the model is, in its time.
     double due() const noexcept { return double(library_.steps(model_)) * library_.period; }
-    void save_model(unsigned char* to) const noexcept {
-        host_ ? host_->save(model_, to) : library_.save(model_, to);
-    }
-    void restore_model(const unsigned char* from) noexcept {
-        host_ ? host_->restore(model_, from) : library_.restore(model_, from);
-    }
     bool remember_states() {
         states_before_.resize(std::size_t(exchange_.continuous_count));
         return get_states(states_before_.data());
@@ -355,7 +351,7 @@ class FmuInstance {
         if (order.state() == fmi::initialization) {
             moment_.is_initialized = false;
         } else if (has_state()) {
-            restore_model(before_.data());
+            memory_.go_back();
         } else {
             if (!has_warned_)
                 message(Level::warning, "logStatusWarning",
@@ -385,7 +381,7 @@ class FmuInstance {
     const FmuHost* host_;
     Log log_;
     bf_run_model* model_ = nullptr;
-    std::vector<unsigned char> before_; ///< the model at the begin of the step whose signals were computed
+    FmuMemory memory_; ///< kept while the signals of a step are computed
     std::vector<NewValues> new_values_, later_values_;
     std::vector<LaterInput> later_inputs_;
     std::vector<double> states_before_; ///< the event

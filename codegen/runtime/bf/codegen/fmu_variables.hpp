@@ -36,6 +36,9 @@ struct FmuHost {
     std::size_t (*snapshot_size)(bf_run_model*); ///< bytes; 0: some block cannot be saved
     void (*save)(bf_run_model*, unsigned char* to);
     void (*restore)(bf_run_model*, const unsigned char* from);
+    std::size_t (*own_size)(bf_run_model*); ///< bytes of the model's class, before those of blocks
+    void (*save_blocks)(bf_run_model*, unsigned char* to);
+    void (*restore_blocks)(bf_run_model*, const unsigned char* from);
 };
 
 /// What an FMU does not know of its model.
@@ -46,6 +49,8 @@ struct FmuTables {
     int variable_count;
     const Exchange* exchange; ///< for model exchange, or no_exchange
     const FmuHost* host;      ///< null: no block is made from a plugin
+    /// Are the signals of a step computed alike as often as they are, as long as made blocks begin alike?
+    bool are_signals_repeatable;
 };
 
 /// Value references: of FMI 3.0 the number of a variable, of FMI 2.0 that of an element among those of all.

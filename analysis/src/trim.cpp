@@ -10,6 +10,7 @@
 #include <kinsol/kinsol.h>
 #include <memory>
 #include <nvector/nvector_serial.h>
+#include <optional>
 #include <sunlinsol/sunlinsol_dense.h>
 #include <sunmatrix/sunmatrix_dense.h>
 
@@ -21,7 +22,7 @@ constexpr double tolerance = 1e-10; ///< of residuals, relative where values are
 
 /// An element of the diagram's memory that is found, held or looked at.
 struct Variable {
-    std::string name;
+    std::string name, numbered; ///< "arm.q[elbow]", "arm.q[2]"
     Node::End end;
     int element = 0;
     double lower = -std::numeric_limits<double>::infinity(), upper = std::numeric_limits<double>::infinity();
@@ -56,7 +57,7 @@ class Trim {
         find_variables(options);
         start_ = run_.snapshot();
         const auto count = unknowns_.size(), wanted = states_.size() + targets_.size();
-        if (count == wanted && count > 0) return;
+        if (count == wanted) return;
         throw RunError("there are " + std::to_string(count) + " free numbers (" + list(unknowns_) + ") for " +
                        std::to_string(wanted) + " equations (that " + list(states_) + " rest" +
                        (targets_.empty() ? "" : ", and the targets of " + list(targets_)) +
@@ -64,6 +65,7 @@ class Trim {
     }
 
     TrimResult operator()() {
+        if (unknowns_.empty()) return finish(nullptr);
         const auto n = static_cast<sunindextype>(unknowns_.size());
         SUNContext context = nullptr;
         if (SUNContext_Create(nullptr, &context) != 0) throw std::bad_alloc();
@@ -121,7 +123,8 @@ class Trim {
         const Slot& its = slot(end);
         if (its.type != Type::float64 && its.type != Type::float32) return;
         for (int e = 0; e < its.size.count(); ++e)
-            to.push_back({its.size.count() == 1 ? path : path + d_.element_text(end, e), end, e});
+            to.push_back({its.size.count() == 1 ? path : path + d_.element_text(end, e),
+                          path + "[" + std::to_string(e + 1) + "]", end, e});
     }
     /// Those of that name, of an element or of a whole signal.
     std::vector<Variable> named(const std::vector<Variable>& all, const std::string& name,
@@ -131,7 +134,8 @@ class Trim {
         for (const auto& v : all) {
             const bool is_known =
                 std::any_of(found.begin(), found.end(), [&](const auto& f) { return is_same(f, v); });
-            if (!is_known && (v.name == name || v.name.starts_with(name + "["))) found.push_back(v);
+            if (!is_known && (v.name == name || v.numbered == name || v.name.starts_with(name + "[")))
+                found.push_back(v);
             names.push_back(v.name);
         }
         if (found.empty())
@@ -148,6 +152,14 @@ class Trim {
         for (int n = 0; n < static_cast<int>(d_.nodes.size()); ++n) {
             const auto& node = d_.nodes[static_cast<std::size_t>(n)];
             const auto& slots = node.block->resolution().slots;
+            // What only looks on, as a check, rests or not.
+            if (std::none_of(slots.begin(), slots.end(),
+                             [](const Slot& its) { return its.role == Role::output; }))
+                continue;
+            if (d_.rates[static_cast<std::size_t>(node.rate)].offset != 0)
+                throw RunError(node.path +
+                               ": its sample time has an offset, and no step shows what it and all others do "
+                               "next; leave the offset out");
             for (int s = 0; s < static_cast<int>(slots.size()); ++s)
                 if (is_state(slots[static_cast<std::size_t>(s)].role) && node.condition == 0 && rests(node))
                     add(states_, node.path + "." + slots[static_cast<std::size_t>(s)].name, {n, s});
@@ -193,14 +205,15 @@ class Trim {
         for (const auto& [v, x] : held_) set(v, x);
         for (std::size_t i = 0; i < unknowns_.size(); ++i) set(unknowns_[i], unknowns_[i].outward(z[i]));
     }
-    /// Can its states rest? What is disabled, triggered or late keeps its states.
+    /// Can its states rest? What is disabled or triggered keeps its states.
     bool rests(const DiagramNode& node) const {
         const auto& rate = d_.rates[static_cast<std::size_t>(node.rate)];
-        return rate.trigger == 0 && rate.offset == 0 && !rate.is_constant;
+        return rate.trigger == 0 && !rate.is_constant;
     }
 
     /// x' of continuous states, x⁺ - x of sampled ones, y - target.
-    std::vector<double> residuals(const double* z) {
+    /// None: a step fails there.
+    std::optional<std::vector<double>> residuals(const double* z) {
         std::vector<double> all;
         go_to(z);
         const Status status = step_with(run_, [&] {
@@ -218,7 +231,7 @@ class Trim {
             }
             for (std::size_t i = 0; i < targets_.size(); ++i) all.push_back(value(targets_[i]) - wanted_[i]);
         });
-        if (!status) all.clear();
+        if (!status) return std::nullopt;
         return all;
     }
 
@@ -226,11 +239,12 @@ class Trim {
         auto& trim = *static_cast<Trim*>(self);
         try {
             const auto all = trim.residuals(N_VGetArrayPointer(z));
-            for (std::size_t i = 0; i < all.size(); ++i) {
-                if (!std::isfinite(all[i])) return 1; // KINSOL tries a smaller step
-                N_VGetArrayPointer(f)[i] = all[i];
+            if (!all) return 1; // KINSOL tries a smaller step
+            for (std::size_t i = 0; i < all->size(); ++i) {
+                if (!std::isfinite((*all)[i])) return 1;
+                N_VGetArrayPointer(f)[i] = (*all)[i];
             }
-            return all.empty() ? 1 : 0;
+            return 0;
         } catch (...) {
             trim.error_ = std::current_exception();
             return -1;
@@ -280,7 +294,9 @@ class Trim {
     }
 
     TrimResult finish(const double* z) {
-        const auto left = residuals(z);
+        const auto there = residuals(z);
+        if (!there) fail_there();
+        const auto& left = *there;
         TrimResult result;
         Vector sizes(static_cast<Eigen::Index>(unknowns_.size()));
         for (std::size_t i = 0; i < unknowns_.size(); ++i) {
@@ -294,12 +310,11 @@ class Trim {
             result.residuals.emplace_back(of.name, left[i]);
             if (!(std::abs(left[i]) <= std::abs(left[worst]))) worst = i;
         }
-        if (left.empty()) fail(z, left, worst);
         // What is left must be small beside what small changes of the numbers make: where it is no more
         // changed by them, as far along an asymptote, it is not.
         Vector scale;
         try {
-            scale = slopes(z).cwiseAbs() * sizes;
+            if (!unknowns_.empty()) scale = slopes(z).cwiseAbs() * sizes;
         } catch (const RunError&) { // it has no derivative right there, as a root at 0
             scale = Vector::Constant(static_cast<Eigen::Index>(left.size()), sizes.maxCoeff());
         }
@@ -310,10 +325,11 @@ class Trim {
         return result;
     }
 
-    [[noreturn]] void fail(const double* z, const std::vector<double>& left, std::size_t worst) {
+    [[noreturn]] void fail_there() {
         run_.restore(start_);
-        if (left.empty())
-            throw RunError("no operating point was found: a step fails there; give other initial states");
+        throw RunError("no operating point was found: a step fails there; give other initial states");
+    }
+    [[noreturn]] void fail(const double* z, const std::vector<double>& left, std::size_t worst) {
         const bool is_state = worst < states_.size();
         const auto& of = is_state ? states_[worst] : targets_[worst - states_.size()];
         const char* what = !is_state                                     ? " misses its target by "

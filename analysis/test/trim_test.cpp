@@ -1,3 +1,4 @@
+#include "bf/analysis/linearize.hpp"
 #include "bf/analysis/trim.hpp"
 
 #include "../../engine/test/support.hpp"
@@ -115,6 +116,46 @@ TEST(Trim, DoesNotTakeAnAsymptoteForARest) {
               std::string::npos);
     Session session(text);
     EXPECT_NEAR(number(trim(*session.simulation, {.hold = {{"u", 1.5}}}).free, "x.x"), std::tan(1.5), 1e-5);
+}
+
+TEST(Trim, RefusesASampleTimeWithAnOffsetByName) {
+    const auto text = [](const std::string& offset) {
+        return "model: m\nstep: 0.01\nsolver: rk4\ninputs: [r]\noutputs: [y]\nblocks:\n"
+               "  e: {block: Sum, signs: +-}\n  h: {block: ZeroOrderHold, period: 0.1" +
+               offset +
+               "}\n  g: {block: TransferFunction, numerator: 2, denominator: [1 1]}\n"
+               "connections: {r: e.u1, e: h, h: g, g: [e.u2, y]}\n";
+    };
+    Session session(text(""));
+    EXPECT_NEAR(number(trim(*session.simulation, {.hold = {{"r", 1}}}).free, "g.x"), 1.0 / 3, 1e-9);
+    EXPECT_EQ(refusal(text(", offset: 0.03"), {.hold = {{"r", 1}}}),
+              "h: its sample time has an offset, and no step shows what it and all others do next; leave the "
+              "offset out");
+}
+
+TEST(Trim, LeavesOutWhatOnlyLooksOn) {
+    // A check counts its samples, and never rests.
+    auto text = pendulum;
+    text.replace(text.find("connections:"), 0, "  largest: {block: Check, kind: maximum}\n");
+    text.replace(text.find("theta: [alpha"), 8, "theta: [largest, ");
+    Session session(text);
+    const auto found = trim(*session.simulation, {.free = {"u"}, .target = {{"angle", 0.5}}});
+    EXPECT_NEAR(number(found.free, "u"), 9.81 * std::sin(0.5), 1e-9);
+}
+
+TEST(Trim, SetsWhatIsHeldWhereNothingIsLeftToFind) {
+    Session session("model: m\nstep: 0.1\ninputs: [u]\noutputs: [y]\nblocks:\n"
+                    "  f: {block: Fcn, expression: u1^2}\nconnections: {u: f.u1, f: y}\n");
+    EXPECT_TRUE(trim(*session.simulation, {.hold = {{"u", 3}}}).free.empty());
+    EXPECT_EQ(linearize(*session.simulation, {}).D(0, 0), 6) << "of u² at 3";
+}
+
+TEST(Trim, KnowsElementsByTheirNumbersToo) {
+    Session session(pendulum);
+    const auto found =
+        trim(*session.simulation,
+             {.free = {"u[1]"}, .target = {{"angle[1]", 0.5}}, .bounds = {{"theta.x[1]", 0, 1}}});
+    EXPECT_NEAR(number(found.free, "u"), 9.81 * std::sin(0.5), 1e-9);
 }
 
 TEST(Trim, SaysWhichVariableIsInTheWay) {

@@ -10,7 +10,7 @@
 
 namespace bf::analysis {
 
-/// Elements are called as in `linearize`: "u", "position.x", "arm.q[2]".
+/// Elements are called as in `linearize`: "u", "position.x", "arm.q[elbow]" or "arm.q[2]".
 struct TrimOptions {
     struct Bounds {
         std::string name;
@@ -34,11 +34,11 @@ struct TrimResult {
 
 /// Finds states and free inputs at which x' = 0, x⁺ = x and signals have their targets, by Newton's method of
 /// KINSOL with the exact derivatives of `linearize`; bounds are kept by substitution (James, MINUIT, CERN
-/// D506, §1.2.1). Begins with the values that the started run has, and leaves it there: its next step begins
-/// at the operating point. Throws RunError: there are not as many free numbers as equations (with both
-/// lists); no solution, with the residual that is worst and the variable that it depends on most, or that is
-/// at its bound; unknown names; blocks that cannot be saved; sample times of several lengths on the way;
-/// built without SUNDIALS.
+/// D506, §1.2.1). States of blocks without outputs, which only look on, are left out. Begins with the values
+/// that the started run has, and leaves it there: its next step begins at the operating point. Throws
+/// RunError: there are not as many free numbers as equations (with both lists); no solution, with the
+/// residual that is worst and the variable that it depends on most, or that is at its bound; unknown names;
+/// blocks that cannot be saved; sample times with an offset; built without SUNDIALS.
 TrimResult trim(Simulation& run, const TrimOptions& options);
 
 } // namespace bf::analysis

@@ -2,6 +2,7 @@
 
 #include "bf/core/changes.hpp"
 #include "formulas.hpp"
+#include "named.hpp"
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -34,7 +35,7 @@ void Slopes::clear() {
     values.resize(values.rows(), 0);
 }
 
-void Slopes::assign(const Eigen::Ref<const Rows>& all, const std::vector<int>* numbers) {
+void Slopes::assign(const Eigen::Ref<const Matrix>& all, const std::vector<int>* numbers) {
     std::vector<int> kept;
     for (int c = 0; c < all.cols(); ++c)
         if ((all.col(c).array() != 0).any()) kept.push_back(c);
@@ -45,8 +46,8 @@ void Slopes::assign(const Eigen::Ref<const Rows>& all, const std::vector<int>* n
     seeds = std::move(kept);
 }
 
-Slopes::Rows Slopes::spread(int elements, int columns) const {
-    Rows all = Rows::Zero(elements, columns);
+Matrix Slopes::spread(int elements, int columns) const {
+    Matrix all = Matrix::Zero(elements, columns);
     for (std::size_t c = 0; c < seeds.size() && seeds[c] < columns; ++c)
         all.col(seeds[c]) = values.col(static_cast<Eigen::Index>(c));
     return all;
@@ -83,33 +84,24 @@ Differential::Differential(Simulation& run, int seeds, bool by_differences)
     for (const int node : context_.devices()) devices_.insert(node);
 }
 
-Node::End Differential::origin(const Node::End& end) const {
-    const auto& sources = d_.nodes[static_cast<std::size_t>(end.node)].sources;
-    const auto s = static_cast<std::size_t>(end.slot);
-    const bool is_wired = d_.slot(end).role == Role::input && s < sources.size() && sources[s].node >= 0;
-    return is_wired ? sources[s] : end;
-}
-
 const Differential::Place& Differential::place(const Node::End& end) const {
-    const auto from = origin(end);
+    const auto from = origin(d_, end);
     return places_[static_cast<std::size_t>(from.node)][static_cast<std::size_t>(from.slot)];
 }
 
-Differential::Rows Differential::rows(const Node::End& end) const {
-    return seeded(place(end).first, place(end).count);
-}
-Differential::Rows Differential::computed(const Node::End& signal) const {
+Matrix Differential::rows(const Node::End& end) const { return seeded(place(end).first, place(end).count); }
+Matrix Differential::computed(const Node::End& signal) const {
     return seeded(place(signal).own, place(signal).count);
 }
-Differential::Rows Differential::next(const Node::End& state) const {
+Matrix Differential::next(const Node::End& state) const {
     return seeded(place(state).next, place(state).count);
 }
-Differential::Rows Differential::rate(const Node::End& state) const {
+Matrix Differential::rate(const Node::End& state) const {
     return seeded(place(state).rate, place(state).count);
 }
-void Differential::set(const Node::End& end, const Rows& rows) { slopes(place(end).first).assign(rows); }
+void Differential::set(const Node::End& end, const Matrix& rows) { slopes(place(end).first).assign(rows); }
 
-void Differential::at(const Node::End& signal, std::function<void(Rows&)> change) {
+void Differential::at(const Node::End& signal, std::function<void(Matrix&)> change) {
     auto& its = places_[static_cast<std::size_t>(signal.node)][static_cast<std::size_t>(signal.slot)];
     if (its.own == its.first) {
         its.own = static_cast<int>(slopes_.size());
@@ -120,13 +112,13 @@ void Differential::at(const Node::End& signal, std::function<void(Rows&)> change
 
 void Differential::change(int node, int slot) {
     const auto& its = places_[static_cast<std::size_t>(node)][static_cast<std::size_t>(slot)];
-    Rows rows = slopes(its.own).spread(its.count, columns());
+    Matrix rows = slopes(its.own).spread(its.count, columns());
     changes_.at({node, slot})(rows);
     slopes(its.first).assign(rows);
 }
 
 int Differential::read_by(int node, int slot) const {
-    const auto from = origin({node, slot});
+    const auto from = origin(d_, {node, slot});
     const auto& its = place(from);
     return from.node == node && from.slot == slot ? its.own : its.first;
 }
@@ -209,7 +201,7 @@ void Differential::solve(const Loop& loop, const Runs& runs) {
     int unknowns = 0;
     for (const auto& end : loop.unknowns) {
         const auto& its = place(end);
-        Rows own = Rows::Zero(its.count, columns());
+        Matrix own = Matrix::Zero(its.count, columns());
         for (int i = 0; i < its.count; ++i) own(i, column + unknowns++) = 1;
         slopes(its.first).assign(own);
     }
@@ -232,7 +224,7 @@ void Differential::solve(const Loop& loop, const Runs& runs) {
         for (const auto& its : places_[static_cast<std::size_t>(node)])
             for (const int which : std::set{its.first, its.own}) {
                 if (which < 0) continue;
-                Rows rows = slopes(which).spread(its.count, columns());
+                Matrix rows = slopes(which).spread(its.count, columns());
                 const Matrix by_unknowns = rows.middleCols(column, unknowns);
                 rows.middleCols(column, unknowns).setZero();
                 rows += by_unknowns * found;
@@ -353,7 +345,7 @@ const Task& Differential::task(int node, Phase phase, int index) {
     return found->second;
 }
 
-Differential::Rows Differential::read(const std::vector<Part>& from, std::vector<int>& seeds) const {
+Matrix Differential::read(const std::vector<Part>& from, std::vector<int>& seeds) const {
     int elements = 0;
     for (const auto& part : from) {
         elements += part.count;
@@ -362,7 +354,7 @@ Differential::Rows Differential::read(const std::vector<Part>& from, std::vector
         std::set_union(seeds.begin(), seeds.end(), more.begin(), more.end(), std::back_inserter(both));
         seeds = std::move(both);
     }
-    Rows read = Rows::Zero(elements, static_cast<Eigen::Index>(seeds.size()));
+    Matrix read = Matrix::Zero(elements, static_cast<Eigen::Index>(seeds.size()));
     int i = 0;
     for (const auto& part : from) {
         const auto& its = slopes(part.slopes);
@@ -382,7 +374,7 @@ Differential::Rows Differential::read(const std::vector<Part>& from, std::vector
 bool Differential::write(int node, const std::vector<Part>& from, const std::vector<Part>& to,
                          const Differentiate& differentiate) {
     std::vector<int> seeds;
-    const Rows read = this->read(from, seeds);
+    const Matrix read = this->read(from, seeds);
     int results = 0;
     for (const auto& part : to) results += part.count;
     if (results == 0) return true;

@@ -17,37 +17,34 @@ namespace bf::analysis {
 /// Derivatives of the elements of one quantity by those seeds on which it depends: a diagram has many seeds,
 /// and most of it hangs on few of them.
 struct Slopes {
-    using Rows = Matrix;
     std::vector<int> seeds; ///< ascending
-    Rows values;            ///< a row per element, a column per entry of `seeds`
+    Matrix values;          ///< a row per element, a column per entry of `seeds`
 
     bool is_zero() const { return seeds.empty(); }
     void clear();
     /// From all columns, of which those of zeros are left out; `numbers`: the seeds that they are, or null.
-    void assign(const Eigen::Ref<const Rows>& all, const std::vector<int>* numbers = nullptr);
-    Rows spread(int elements, int columns) const; ///< to all columns
+    void assign(const Eigen::Ref<const Matrix>& all, const std::vector<int>* numbers = nullptr);
+    Matrix spread(int elements, int columns) const; ///< to all columns
 };
 
 /// Each signal and state has its slopes. A pass goes through the blocks in their order, as a step does;
 /// slopes of what does not run in it stay as they are.
 class Differential {
   public:
-    using Rows = Slopes::Rows;
-
     Differential(Simulation& run, int seeds, bool by_differences);
 
     /// The derivatives of a signal or state by all seeds; of an input those of what it reads.
-    Rows rows(const Node::End& end) const;
-    Rows computed(const Node::End& signal) const; ///< before what `at` does to it
-    Rows next(const Node::End& state) const;      ///< of a discrete state, after `update`
-    Rows rate(const Node::End& state) const;      ///< of a continuous state, after `derivatives`
-    void set(const Node::End& end, const Rows& rows);
+    Matrix rows(const Node::End& end) const;
+    Matrix computed(const Node::End& signal) const; ///< before what `at` does to it
+    Matrix next(const Node::End& state) const;      ///< of a discrete state, after `update`
+    Matrix rate(const Node::End& state) const;      ///< of a continuous state, after `derivatives`
+    void set(const Node::End& end, const Matrix& rows);
     const Slopes& own(const Node::End& signal) const { return slopes(place(signal).own); } ///< `computed`
 
     /// What is done to a signal as soon as it is computed, for those who read it over a wire: adding an
     /// input, cutting. The rows have columns of the unknowns of algebraic loops behind the seeds. A block
     /// that goes on from its own output goes on from what it computed.
-    void at(const Node::End& signal, std::function<void(Rows&)> change);
+    void at(const Node::End& signal, std::function<void(Matrix&)> change);
 
     int seeds() const { return seeds_; }
 
@@ -79,11 +76,10 @@ class Differential {
         int count;
     };
     const Place& place(const Node::End& end) const;
-    Node::End origin(const Node::End& end) const;
     int read_by(int node, int slot) const; ///< the slopes that the block itself reads
     Slopes& slopes(int i) { return slopes_[static_cast<std::size_t>(i)]; }
     const Slopes& slopes(int i) const { return slopes_[static_cast<std::size_t>(i)]; }
-    Rows seeded(int i, int elements) const { return slopes(i).spread(elements, seeds_); }
+    Matrix seeded(int i, int elements) const { return slopes(i).spread(elements, seeds_); }
     int columns() const { return seeds_ + unknowns_; }
     void run(const Segment& segment, Phase phase, const Runs& runs);
     void run(const Activity& activity, Phase phase, const Runs& runs);
@@ -99,7 +95,7 @@ class Differential {
     void bend(int node, const Vector& direction, double step, double precision, const Vector& here,
               const Vector& above, const Vector& below, Evaluate&& evaluate, Vector& slopes);
     /// The seeds by which any of the parts moves, and by how much: elements × seeds.
-    Rows read(const std::vector<Part>& from, std::vector<int>& seeds) const;
+    Matrix read(const std::vector<Part>& from, std::vector<int>& seeds) const;
     using Differentiate = std::function<bool(const Matrix& directions, Matrix& slopes)>;
     bool write(int node, const std::vector<Part>& from, const std::vector<Part>& to,
                const Differentiate& differentiate);
@@ -116,7 +112,7 @@ class Differential {
     std::vector<Slopes> slopes_; ///< columns: seeds, then unknowns of algebraic loops
     std::vector<std::vector<Place>> places_;
     std::vector<int> first_unknown_; ///< column, by loop
-    std::map<std::pair<int, int>, std::function<void(Rows&)>> changes_;
+    std::map<std::pair<int, int>, std::function<void(Matrix&)>> changes_;
     std::set<std::tuple<int, int, int>> flows_;
     std::set<int> differenced_, kinks_;
     std::set<int> devices_;

@@ -2,6 +2,7 @@
 
 #include "bf/engine/fixed_step.hpp"
 #include "bf/program/step.hpp"
+#include "named.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -59,10 +60,7 @@ DualRun::DualRun(const Simulation& like) : d_(like.diagram()), program_(program:
 }
 
 const DualRun::Place& DualRun::place(const Node::End& end) const {
-    const auto& sources = d_.nodes[static_cast<std::size_t>(end.node)].sources;
-    const auto s = static_cast<std::size_t>(end.slot);
-    const bool is_wired = d_.slot(end).role == Role::input && s < sources.size() && sources[s].node >= 0;
-    const Node::End from = is_wired ? sources[s] : end;
+    const auto from = origin(d_, end);
     return places_[static_cast<std::size_t>(from.node)][static_cast<std::size_t>(from.slot)];
 }
 
@@ -114,15 +112,12 @@ void DualRun::compile(const Statement& s, program::Pass pass, Code& code) {
     }
 }
 
-std::vector<DualRun::Test> DualRun::tests(const std::vector<Literal>& literals) const {
-    std::vector<Test> all;
-    for (const auto& l : literals) {
+const std::vector<Literal>& DualRun::tests(const std::vector<Literal>& literals) const {
+    for (const auto& l : literals)
         if (l.kind != Literal::Kind::flag && l.kind != Literal::Kind::signal)
             refuse({}, "triggers and events are not differentiated over a run; differentiate a model without "
                        "them");
-        all.push_back({l.kind == Literal::Kind::flag, l.is_negated, l.number, l.signal});
-    }
-    return all;
+    return literals;
 }
 
 Dual* DualRun::memory(int node, const Call::Reference& operand) {
@@ -177,11 +172,11 @@ int DualRun::bind(int node, Phase phase, int index) {
 
 // ---- running
 
-bool DualRun::holds(const std::vector<Test>& when) const {
-    return std::all_of(when.begin(), when.end(), [this](const Test& test) {
+bool DualRun::holds(const std::vector<Literal>& when) const {
+    return std::all_of(when.begin(), when.end(), [this](const Literal& test) {
         bool is = false;
-        if (test.is_flag) {
-            is = flags_[static_cast<std::size_t>(test.flag)] != 0;
+        if (test.kind == Literal::Kind::flag) {
+            is = flags_[static_cast<std::size_t>(test.number)] != 0;
         } else {
             const auto& its = place(test.signal);
             for (int e = 0; e < its.count; ++e) is |= cells_[static_cast<std::size_t>(its.now + e)].value > 0;

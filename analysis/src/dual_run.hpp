@@ -37,25 +37,20 @@ class DualRun {
         kernels::ListView<Dual> list;
         int node;
     };
-    struct Test {
-        bool is_flag, is_negated;
-        int flag;
-        Node::End signal;
-    };
     struct Instruction {
         enum class Op { task, commit, hit, assign, clear, test, rest, set, finite, integrate } op;
         int a = 0, end = 0; ///< `test`: where to go on if not
-        std::vector<Test> when = {};
+        std::vector<program::Literal> when = {};
     };
     using Code = std::vector<Instruction>;
 
     const Place& place(const Node::End& end) const;
     void compile(const program::Statements& statements, program::Pass pass, Code& code);
     void compile(const program::Statement& statement, program::Pass pass, Code& code);
-    std::vector<Test> tests(const std::vector<program::Literal>& literals) const;
+    const std::vector<program::Literal>& tests(const std::vector<program::Literal>& literals) const;
     int bind(int node, Phase phase, int index);
     Dual* memory(int node, const Call::Reference& operand);
-    bool holds(const std::vector<Test>& when) const;
+    bool holds(const std::vector<program::Literal>& when) const;
     void run(const Code& code);
     void set(const program::Set& set);
     void integrate();

@@ -25,11 +25,24 @@ struct Point {
     Complex value;
 };
 
+/// The root in s of one in z, where it is sampled.
+Complex in_s(const Complex& root, double period) { return period > 0 ? std::log(root) / period : root; }
+
+/// A sampled system has its frequencies below half of that of its samples.
+void keep_below_samples(double& low, double& high, double period) {
+    if (period == 0) return;
+    high = pi / period;
+    low = std::min(low, high / 1000);
+}
+
+/// From -1, where a loop would be at its limit of stability.
+double distance(const Complex& L) { return std::abs(1.0 + L); }
+
 /// Frequencies at which these roots act [rad/s].
 std::vector<double> sizes(const std::vector<Complex>& roots, double period) {
     std::vector<double> all;
     for (const auto& root : roots) {
-        const Complex s = period > 0 ? std::log(root) / period : root;
+        const Complex s = in_s(root, period);
         for (const double w : {std::abs(s), std::abs(s.imag())})
             if (std::isfinite(w) && w > 1e-12 * (1 + std::abs(s))) all.push_back(w);
     }
@@ -43,10 +56,7 @@ std::pair<double, double> range(const Reduced& L, const std::vector<double>& roo
     const auto [least, most] = std::minmax_element(roots.begin(), roots.end());
     double low = roots.empty() ? 0.1 : *least / 10, high = roots.empty() ? 10 : *most * 10;
     const auto size = [&](double w) { return std::abs(L(w)); };
-    if (L.period() > 0) {
-        high = pi / L.period();
-        low = std::min(low, high / 1000);
-    }
+    keep_below_samples(low, high, L.period());
     for (int i = 0; i < most_decades && L.period() == 0 && (size(high) > 1) != (std::abs(L.direct()) > 1);
          ++i)
         high *= 10;
@@ -79,8 +89,8 @@ std::vector<Point> trace(const Reduced& L, const std::vector<Complex>& closed_po
     std::vector<Point> curve{{low, L(low)}};
     const auto add = [&](const auto& self, const Point& b) -> void {
         const Point a = curve.back();
-        const double distance = std::min(std::abs(1.0 + a.value), std::abs(1.0 + b.value));
-        if (!(std::abs(b.value - a.value) <= part * std::max(distance, nearest)) &&
+        const double least = std::min(distance(a.value), distance(b.value));
+        if (!(std::abs(b.value - a.value) <= part * std::max(least, nearest)) &&
             b.omega > a.omega * (1 + closest) && curve.size() < most_points) {
             const double middle = std::sqrt(a.omega * b.omega);
             self(self, {middle, L(middle)});
@@ -139,7 +149,8 @@ template <class F> double least(F&& f, double a, double b) {
     return at_left < at_right ? left : right;
 }
 
-/// Calls see(i, ω) at those local minima of f(L), near the point i, that may lie below the level.
+/// Calls see(i, ω) at those local minima of f(L), near the point i, that may lie below the level: by
+/// reference, as `see` may lower it to what it saw, so that fewer are worth a look.
 template <class F, class See>
 void minima(const Reduced& L, const std::vector<Point>& curve, F&& f, const double& level, See&& see) {
     for (std::size_t i = 1; i + 1 < curve.size(); ++i) {
@@ -211,7 +222,7 @@ std::vector<double> frequencies(const LinearSystem& system, int output, int inpu
     };
     for (const auto& roots : {G.poles(), G.zeros()})
         for (const auto& root : roots) {
-            const double w = std::abs(system.period > 0 ? std::log(root) / system.period : root);
+            const double w = std::abs(in_s(root, system.period));
             if (std::isfinite(w) && w > 1e-8) see(w);
         }
     if (high == 0) see(system.period > 0 ? 0.1 / system.period : 1);
@@ -223,10 +234,7 @@ std::vector<double> frequencies(const LinearSystem& system, int output, int inpu
     }
     low = std::pow(10, std::floor(std::log10(low) - 1));
     high = std::pow(10, std::ceil(std::log10(high) + 1));
-    if (system.period > 0) {
-        high = pi / system.period;
-        low = std::min(low, high / 1000);
-    }
+    keep_below_samples(low, high, system.period);
     return logarithmic(low, high, count);
 }
 
@@ -261,9 +269,9 @@ Margins margins(const LinearSystem& loop, int output, int input) {
         throw RunError("there is no loop: what is added to '" +
                        loop.inputs.at(static_cast<std::size_t>(input)) + "' does not come back");
     Margins found;
-    found.is_stable = are_stable(closed_poles, loop.period);
+    found.is_stable = loop.is_stable_uncut.value_or(are_stable(closed_poles, loop.period));
     const auto see_distance = [&](const Complex& value) {
-        found.modulus = std::min(found.modulus, std::abs(1.0 + value));
+        found.modulus = std::min(found.modulus, distance(value));
     };
     const auto see_real = [&](double w, double value) {
         see_distance(value);
@@ -293,7 +301,6 @@ Margins margins(const LinearSystem& loop, int output, int input) {
         }
     }
     for (const auto& point : curve) see_distance(point.value);
-    const auto distance = [](const Complex& value) { return std::abs(1.0 + value); };
     minima(L, curve, distance, found.modulus, [&](std::size_t, double w) { see_distance(L(w)); });
     const auto closed_gain = [](const Complex& value) {
         return std::abs(value) > 1 ? 1 / std::abs(1.0 + 1.0 / value) : std::abs(value / (1.0 + value));

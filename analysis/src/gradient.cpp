@@ -2,6 +2,7 @@
 
 #include "bf/core/registry.hpp"
 #include "dual_run.hpp"
+#include "named.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -20,32 +21,16 @@ struct Place {
 /// Appends what a name stands for: one element, or all.
 void append(const Diagram& d, const SignalFinder& finder, const std::string& name, bool is_signal,
             std::vector<Place>& places) {
-    const auto look = [&](const std::string& path) {
+    const auto its = named(name, [&](const std::string& path) {
         const auto signal = finder.find(path);
         const bool is_input =
             signal.node >= 0 &&
             d.nodes[static_cast<std::size_t>(signal.node)].block->declaration().traits.is_root_input;
         if (is_signal || is_input) return signal;
-        for (int n = 0; n < static_cast<int>(d.nodes.size()); ++n) {
-            const auto& node = d.nodes[static_cast<std::size_t>(n)];
-            if (!path.starts_with(node.path + ".")) continue;
-            const auto& slots = node.block->resolution().slots;
-            for (int s = 0; s < static_cast<int>(slots.size()); ++s)
-                if (const auto& slot = slots[static_cast<std::size_t>(s)];
-                    (slot.role == Role::parameter || is_state(slot.role)) &&
-                    path.size() == node.path.size() + 1 + slot.name.size() && path.ends_with(slot.name))
-                    return Node::End{n, s};
-        }
-        return Node::End{};
-    };
-    Node::End end = look(name);
-    std::string whole = name, element;
-    if (const auto bracket = name.find('['); end.node < 0 && bracket != std::string::npos) {
-        whole = name.substr(0, bracket);
-        element = name.substr(bracket);
-        end = look(whole);
-    }
-    if (end.node < 0) {
+        const auto parameter = d.find_parameter(path);
+        return parameter.node >= 0 ? parameter : find_state(d, path);
+    });
+    if (its.end.node < 0) {
         std::vector<std::string> known;
         if (is_signal)
             for (const auto& one : finder.all()) known.push_back(one.path);
@@ -55,25 +40,20 @@ void append(const Diagram& d, const SignalFinder& finder, const std::string& nam
                     if (slot.role == Role::parameter || is_state(slot.role))
                         known.push_back(node.path + "." + slot.name);
         throw RunError("the model has no " +
-                       std::string(is_signal ? "signal '" : "parameter, state or input '") + whole + "'" +
-                       did_you_mean(whole, known) +
+                       std::string(is_signal ? "signal '" : "parameter, state or input '") + its.path + "'" +
+                       did_you_mean(its.path, known) +
                        (is_signal ? "" : "; variables are named by the parameters that they decide"));
     }
-    const Slot& slot = d.slot(end);
+    const Slot& slot = d.slot(its.end);
     if (slot.type != Type::float64)
-        throw RunError("'" + whole + "' is of type " + bf::name(slot.type) +
+        throw RunError("'" + its.path + "' is of type " + bf::name(slot.type) +
                        "; derivatives are of doubles alone");
-    bool is_found = false;
-    for (int e = 0; e < slot.size.count(); ++e) {
-        const std::string text = slot.size.count() == 1 ? "" : d.element_text(end, e),
-                          number = "[" + std::to_string(e + 1) + "]";
-        if (!element.empty() && element != text && element != number) continue;
-        places.push_back({end, e, whole + text});
-        is_found = true;
-    }
-    if (!is_found)
-        throw RunError("'" + whole + "' has no element " + element + "; it has " +
+    const auto found = elements(d, its);
+    if (found.empty())
+        throw RunError("'" + its.path + "' has no element " + its.element + "; it has " +
                        std::to_string(slot.size.count()));
+    for (const int e : found)
+        places.push_back({its.end, e, its.path + (slot.size.count() == 1 ? "" : d.element_text(its.end, e))});
 }
 
 } // namespace

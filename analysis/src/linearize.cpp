@@ -1,9 +1,11 @@
 #include "bf/analysis/linearize.hpp"
 
+#include "bf/analysis/response.hpp"
 #include "bf/core/registry.hpp"
 #include "bf/program/program.hpp"
 #include "differential.hpp"
 #include "look.hpp"
+#include "named.hpp"
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -57,6 +59,8 @@ class Linearization {
                 if (is_state(slot({n, s}).role) && is_real({n, s})) states_.push_back(whole({n, s}));
     }
 
+    /// Is a signal that is input, output and cut held by that alone? Known with the system.
+    bool holds_a_loop() const { return holds_a_loop_; }
     LinearSystem operator()() {
         system_.time = run_.time();
         const int all = size(states_);
@@ -70,7 +74,7 @@ class Linearization {
         find_paths(next, y, whole);
         if (!options_.at_once) find_rates();
         if (needs_map())
-            map_period();
+            map_period(whole);
         else {
             system_.A = next(kept_, kept_);
             system_.B = next(kept_, inputs(all));
@@ -83,8 +87,6 @@ class Linearization {
     }
 
   private:
-    using Rows = Differential::Rows;
-
     const Slot& slot(const Node::End& end) const { return d_.slot(end); }
     const std::vector<Slot>& slots(int n) const {
         return d_.nodes[static_cast<std::size_t>(n)].block->resolution().slots;
@@ -117,47 +119,29 @@ class Linearization {
     }
 
     Channel find(const std::string& name) const {
-        const auto look = [&](const std::string& path) {
-            Node::End end = finder_.find(path);
-            for (int n = 0; end.node < 0 && n < static_cast<int>(d_.nodes.size()); ++n)
-                for (int s = 0; s < static_cast<int>(slots(n).size()); ++s)
-                    if (is_state(slot({n, s}).role) && this->path(n) + "." + slot({n, s}).name == path)
-                        end = {n, s};
-            return end;
-        };
-        std::string signal = name, element;
-        Node::End end = look(name);
-        if (const auto bracket = name.find('['); end.node < 0 && bracket != std::string::npos) {
-            signal = name.substr(0, bracket);
-            element = name.substr(bracket);
-            end = look(signal);
-        }
-        if (end.node < 0) {
+        const auto its = named(name, [&](const std::string& path) {
+            const auto signal = finder_.find(path);
+            return signal.node >= 0 ? signal : find_state(d_, path);
+        });
+        if (its.end.node < 0) {
             std::vector<std::string> names;
             for (const auto& one : finder_.all()) names.push_back(one.path);
             for (const auto& node : d_.nodes) names.push_back(node.path);
             for (const auto& state : states_) names.push_back(d_.end_path(state.end));
-            throw RunError("the model has no signal or state '" + signal + "'" + did_you_mean(signal, names));
+            throw RunError("the model has no signal or state '" + its.path + "'" +
+                           did_you_mean(its.path, names));
         }
-        if (!is_real(end))
-            throw RunError("'" + signal + "' is of type " + bf::name(slot(end).type) +
+        if (!is_real(its.end))
+            throw RunError("'" + its.path + "' is of type " + bf::name(slot(its.end).type) +
                            ", which does not change by little; choose a signal of real numbers");
-        Channel channel = whole(end);
-        channel.name = signal;
-        if (element.empty()) return channel;
-        if (channel.elements.size() == 1) {
-            if (element == "[1]") return channel;
-            throw RunError("'" + signal + "' has a single element, and not " + element);
-        }
+        const auto found = elements(d_, its);
+        if (its.element.empty() || !found.empty()) return {its.end, found, its.path};
+        const int count = slot(its.end).size.count();
+        if (count == 1) throw RunError("'" + its.path + "' has a single element, and not " + its.element);
         std::string known;
-        for (const int i : channel.elements) {
-            const std::string number = "[" + std::to_string(i + 1) + "]", text = d_.element_text(end, i);
-            if (element == text || element == number) return {end, {i}, signal};
-            if (i < 6) known += (i ? ", " : "") + text;
-        }
-        throw RunError("'" + signal + "' has no element " + element + "; it has " +
-                       std::to_string(channel.elements.size()) + ": " + known +
-                       (channel.elements.size() > 6 ? ", ..." : ""));
+        for (int i = 0; i < std::min(count, 6); ++i) known += (i ? ", " : "") + d_.element_text(its.end, i);
+        throw RunError("'" + its.path + "' has no element " + its.element + "; it has " +
+                       std::to_string(count) + ": " + known + (count > 6 ? ", ..." : ""));
     }
 
     std::vector<Channel> channels(const std::vector<std::string>& names,
@@ -189,7 +173,7 @@ class Linearization {
     void seed(Differential& differential, int first) {
         int column = 0;
         for (const auto& state : states_) {
-            Rows rows = Rows::Zero(slot(state.end).size.count(), differential.seeds());
+            Matrix rows = Matrix::Zero(slot(state.end).size.count(), differential.seeds());
             for (const int i : state.elements) rows(i, column++) = 1;
             differential.set(state.end, rows);
         }
@@ -210,7 +194,7 @@ class Linearization {
             added[{channel.end.node, channel.end.slot}];
         }
         for (const auto& [end, columns] : added)
-            differential.at({end.first, end.second}, [columns = columns, cut = cut[end]](Rows& rows) {
+            differential.at({end.first, end.second}, [columns = columns, cut = cut[end]](Matrix& rows) {
                 for (const int i : cut) rows.row(i).setZero();
                 for (const auto& [i, c] : columns) rows(i, c) += 1;
             });
@@ -233,7 +217,7 @@ class Linearization {
         Matrix y(size(to_), differential.seeds());
         int row = 0;
         for (const auto& channel : to_) {
-            const Rows computed = differential.computed(channel.end), read = differential.rows(channel.end);
+            const Matrix computed = differential.computed(channel.end), read = differential.rows(channel.end);
             for (const int i : channel.elements)
                 y.row(row++) = (is_cut(channel.end, i) ? computed : read).row(i);
         }
@@ -372,7 +356,7 @@ class Linearization {
         return text;
     }
 
-    void map_period() {
+    void map_period(const Differential& whole) {
         std::int64_t steps = 1;
         constexpr std::int64_t most_steps = 1'000'000;
         for (const int r : sampled_) {
@@ -389,6 +373,15 @@ class Linearization {
                     std::to_string(most_steps) +
                     " base steps; choose periods that divide one another, or open the path (--open)");
         }
+        for (const auto& channel : from_)
+            if (!channel.elements.empty() && is_cut(channel.end, channel.elements.front()) &&
+                is_held(whole, channel.end.node, steps)) {
+                holds_a_loop_ = true;
+                system_.held.push_back(
+                    channel.name + ": where it is cut it is held over the common period of " + rates_text() +
+                    ", and the loop goes on within; its margins are of what is added as "
+                    "rarely, open the path of the slowest rate (--open)");
+            }
         const int count = static_cast<int>(kept_.size()), columns = count + size(from_);
         Differential map(run_, columns, options_.by_differences);
         const Matrix Ac = continuous_part();
@@ -438,6 +431,35 @@ class Linearization {
         system_.period = static_cast<double>(steps) * d_.step;
     }
 
+    /// Is a signal held over so many base steps alone because it is cut: does what comes back to it change
+    /// within them, and does that matter before they are over?
+    bool is_held(const Differential& whole, int cut, std::int64_t steps) const {
+        const auto runs_once = [&](int node) {
+            return !rate(node).is_continuous && rate(node).ticks == steps;
+        };
+        const auto acts = [&](int node) {
+            return !rate(node).is_continuous || std::any_of(slots(node).begin(), slots(node).end(),
+                                                            [](const Slot& s) { return is_state(s.role); });
+        };
+        const auto leads_within = [&](bool is_forward) {
+            bool does = false;
+            static_cast<void>(reached({cut}, [&](int node, auto&& go) {
+                for (const auto& [source, slot, reader] : whole.flows()) {
+                    const int other = is_forward ? reader : source;
+                    if (node != (is_forward ? source : reader) || !on_path_.contains(other) ||
+                        runs_once(other))
+                        continue;
+                    if (acts(other))
+                        does = true;
+                    else
+                        go(other);
+                }
+            }));
+            return does;
+        };
+        return !runs_once(cut) && leads_within(true) && (acts(cut) || leads_within(false));
+    }
+
     /// Which state element i of all is of.
     Node::End owner(int i) const {
         for (const auto& state : states_) {
@@ -454,7 +476,7 @@ class Linearization {
     void put(Differential& differential, const Matrix& x) const {
         int i = 0, kept = 0;
         for (const auto& state : states_) {
-            Rows rows = differential.rows(state.end);
+            Matrix rows = differential.rows(state.end);
             for (const int e : state.elements) {
                 if (kept < static_cast<int>(kept_.size()) && kept_[static_cast<std::size_t>(kept)] == i)
                     rows.row(e) = x.row(kept++);
@@ -565,7 +587,7 @@ class Linearization {
     std::vector<int> kept_; ///< elements of all states that the result has
     std::set<int> on_path_; ///< nodes
     std::set<int> sampled_; ///< rates
-    bool has_continuous_ = false, has_memory_ = false;
+    bool has_continuous_ = false, has_memory_ = false, holds_a_loop_ = false;
     LinearSystem system_;
 };
 
@@ -577,7 +599,13 @@ LinearSystem linearize(Simulation& run, const LinearizeOptions& options) {
         // Differences write over what outputs and states were.
         std::vector<std::byte> saved(run.context().snapshot_size());
         run.context().save(saved.data());
-        system = Linearization(run, options)();
+        Linearization as_asked(run, options);
+        system = as_asked();
+        run.context().restore(saved.data());
+        if (!as_asked.holds_a_loop()) return;
+        auto uncut = options;
+        for (const auto& name : options.from) std::erase(uncut.open, name);
+        system.is_stable_uncut = is_stable(Linearization(run, uncut)());
         run.context().restore(saved.data());
     });
     if (!status) throw RunError(run.failure());

@@ -8,6 +8,8 @@ namespace bf::analysis {
 /// Of a balanced matrix: D⁻¹ A D with rows and columns of like size, D of powers of 2, so that what is fast
 /// does not hide what is slow in its rounding. Source: Parlett and Reinsch, Numerische Mathematik 13 (1969).
 std::vector<Complex> eigenvalues(const Matrix& A);
+/// As `is_stable` says it.
+bool are_stable(const std::vector<Complex>& poles, double period);
 
 /// The same transfer function with A balanced and an upper Hessenberg matrix H, and with B = β e₁: a
 /// frequency costs O(n²), and H - k B C is such a matrix again. Source: Laub, IEEE Transactions on Automatic

@@ -92,32 +92,34 @@ RootLocus root_locus(const LinearSystem& loop, int output, int input, std::vecto
         return false;
     };
     // Where branches meet they go as a root of the gain: there it goes on in shorter steps.
-    const auto add = [&](const auto& self, double k, int halvings) -> void {
-        auto roots = L.poles(k);
-        if (locus.roots.empty())
-            sort(roots);
-        else {
+    const auto add = [&](const auto& self, double k, const std::vector<Complex>& roots,
+                         int halvings) -> void {
+        auto left = roots;
+        std::vector<Complex> ordered;
+        if (locus.roots.empty()) {
+            ordered = roots;
+            sort(ordered);
+        } else {
             // Each branch goes on with the nearest root that is left.
-            std::vector<Complex> ordered;
             for (const auto& last : locus.roots.back()) {
                 const auto nearest =
-                    std::min_element(roots.begin(), roots.end(), [&](const auto& a, const auto& b) {
+                    std::min_element(left.begin(), left.end(), [&](const auto& a, const auto& b) {
                         return std::abs(a - last) < std::abs(b - last);
                     });
                 ordered.push_back(*nearest);
-                roots.erase(nearest);
+                left.erase(nearest);
             }
-            roots = std::move(ordered);
-            if (is_free && halvings < most_halvings && goes_far(roots)) {
-                self(self, 0.5 * (locus.gains.back() + k), halvings + 1);
-                self(self, k, halvings + 1);
+            if (is_free && halvings < most_halvings && goes_far(ordered)) {
+                const double middle = 0.5 * (locus.gains.back() + k);
+                self(self, middle, L.poles(middle), halvings + 1);
+                self(self, k, roots, halvings + 1);
                 return;
             }
         }
         locus.gains.push_back(k);
-        locus.roots.push_back(std::move(roots));
+        locus.roots.push_back(std::move(ordered));
     };
-    for (const double k : gains) add(add, k, 0);
+    for (const double k : gains) add(add, k, L.poles(k), 0);
     return locus;
 }
 
@@ -194,16 +196,14 @@ StepResponse step_response(const LinearSystem& system, int output, int input, do
         if (rate > 1e-9 && std::isfinite(rate)) slowest = std::max(slowest, 1 / rate);
     }
     if (slowest == 0) slowest = one.period > 0 ? 10 * one.period : 1;
-    auto found = respond(one, all, duration > 0 ? duration : 8 * slowest);
     const double final = are_stable(all, one.period) ? frequency_response(one, 0, 0, 0).real() : nan;
-    found.final = final;
-    found.settling_time = settling_time(found, one.period == 0);
+    StepResponse found;
     // A final value that is small beside what fades is come to later.
-    for (int times = 16;
-         duration <= 0 && !std::isnan(final) && std::isnan(found.settling_time) && times <= 64; times *= 2) {
-        found = respond(one, all, times * slowest);
+    for (int times = 8; times <= 64; times *= 2) {
+        found = respond(one, all, duration > 0 ? duration : times * slowest);
         found.final = final;
         found.settling_time = settling_time(found, one.period == 0);
+        if (duration > 0 || std::isnan(final) || !std::isnan(found.settling_time)) break;
     }
     const double sign = final < 0 ? -1 : 1;
     std::size_t top = 0, bottom = 0;

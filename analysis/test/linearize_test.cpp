@@ -334,6 +334,42 @@ TEST(Linearize, MapsACommonPeriodAsRunsOfTheLinearModelDo) {
     }
 }
 
+TEST(Linearize, SaysOfTheModelItselfWhetherALoopIsStableThatItsCutHolds) {
+    // A loop at 100 Hz around an integrator, and a slow path aside of almost no gain.
+    const auto text = [](const std::string& slow, const std::string& gain) {
+        return "model: m\nstep: 0.01\nsolver: rk4\ninputs: [r]\noutputs: [y]\nblocks:\n"
+               "  e: {block: Sum, signs: +-}\n  fast: {block: ZeroOrderHold, period: 0.01}\n"
+               "  k: {block: Gain, K: " +
+               gain + "}\n  p: {block: Integrator}\n  slow: {block: ZeroOrderHold, period: " + slow +
+               "}\n  ks: {block: Gain, K: 0.001}\n  s: {block: Sum, signs: ++}\n"
+               "connections: {r: e.u1, e: fast, fast: k, k: s.u1, slow: ks, ks: s.u2, s: p, "
+               "p: [e.u2, slow, y]}\n";
+    };
+    const auto loop = [&](const std::string& slow, const std::string& gain, const char* at) {
+        return negative(linear(text(slow, gain), {.from = {at}, .to = {at}, .open = {at}}));
+    };
+    for (const char* at : {"e", "fast", "k", "s", "p"}) {
+        const auto held = loop("1.5", "2", at);
+        ASSERT_EQ(held.held.size(), 1u) << at;
+        EXPECT_EQ(held.held[0].find(std::string(at) + ": where it is cut it is held over the common period"),
+                  0u)
+            << held.held[0];
+        EXPECT_FALSE(is_stable(closed(held))) << "held so long it would be unstable: " << at;
+        EXPECT_TRUE(margins(held).is_stable) << at;
+    }
+    // From sample to sample p⁺ = (1 - 0.01 K) p.
+    EXPECT_TRUE(margins(loop("1.5", "199", "e")).is_stable);
+    EXPECT_FALSE(margins(loop("1.5", "201", "e")).is_stable);
+    // Where all is sampled at once, or is slow itself, the matrices say it.
+    for (const char* at : {"e", "fast", "k"}) {
+        const auto one = loop("0.01", "2", at);
+        EXPECT_TRUE(one.held.empty()) << at;
+        EXPECT_FALSE(one.is_stable_uncut) << at;
+        EXPECT_NEAR(margins(one).gain, 100, 0.2) << at;
+    }
+    EXPECT_TRUE(loop("1.5", "2", "slow").held.empty());
+}
+
 TEST(Linearize, OfTheContinuousPartBetweenSampledSignalsIsContinuous) {
     const auto system = linear(sampled, {.from = {"control"}, .open = {"control"}});
     EXPECT_EQ(system.period, 0);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,9 @@ struct LinearSystem {
     std::vector<std::string> held;
     /// Blocks that jump or have a corner right here: the derivative is that of one side.
     std::vector<std::string> kinks;
+    /// Of a loop that is cut, where the cut holds what is no longer held without it: is the model stable
+    /// uncut? That does not follow from these matrices then.
+    std::optional<bool> is_stable_uncut;
 };
 
 } // namespace bf::analysis

@@ -19,7 +19,6 @@ std::vector<Complex> poles(const LinearSystem& system);
 std::vector<Complex> zeros(const LinearSystem& system, int output, int input);
 /// Do all poles lie in the open left half plane, or of a sampled system in the open unit disc?
 bool is_stable(const LinearSystem& system);
-bool are_stable(const std::vector<Complex>& poles, double period);
 
 /// G(jω) = C (jω I - A)⁻¹ B + D, or G(exp(jω T)) of a sampled system; ω [rad/s].
 Complex frequency_response(const LinearSystem& system, int output, int input, double omega);
@@ -48,7 +47,7 @@ struct Margins {
     double phase_crossover = 0; ///< where L is negative real, of `gain` [rad/s]; may be 0 or infinite
     double gain_crossover = 0;  ///< where |L| = 1, of `phase` [rad/s]
     double bandwidth = none;    ///< of L/(1 + L): where it first is 3 dB below its value at 0 [rad/s]
-    bool is_stable = false;     ///< is the closed loop?
+    bool is_stable = false;     ///< is the closed loop? Where its cut holds a signal, the uncut model
 };
 /// Crossovers are found between points that lie so densely that L moves by a small part of its distance from
 /// -1, and then to twelve digits. Throws RunError: L is 0; D = -1.

@@ -1,0 +1,47 @@
+#include "named.hpp"
+
+#include <numeric>
+
+namespace bf::analysis {
+
+Node::End origin(const Diagram& d, const Node::End& end) {
+    const auto& sources = d.nodes[static_cast<std::size_t>(end.node)].sources;
+    const auto s = static_cast<std::size_t>(end.slot);
+    const bool is_wired = d.slot(end).role == Role::input && s < sources.size() && sources[s].node >= 0;
+    return is_wired ? sources[s] : end;
+}
+
+Node::End find_state(const Diagram& d, const std::string& path) {
+    for (int n = 0; n < static_cast<int>(d.nodes.size()); ++n) {
+        const auto& node = d.nodes[static_cast<std::size_t>(n)];
+        if (!path.starts_with(node.path + ".")) continue;
+        const auto& slots = node.block->resolution().slots;
+        for (int s = 0; s < static_cast<int>(slots.size()); ++s)
+            if (const auto& slot = slots[static_cast<std::size_t>(s)];
+                is_state(slot.role) && path == node.path + "." + slot.name)
+                return {n, s};
+    }
+    return {};
+}
+
+Named named(const std::string& name, const std::function<Node::End(const std::string&)>& look) {
+    const Node::End whole = look(name);
+    const auto bracket = name.find('[');
+    if (whole.node >= 0 || bracket == name.npos) return {whole, name, ""};
+    const auto path = name.substr(0, bracket);
+    return {look(path), path, name.substr(bracket)};
+}
+
+std::vector<int> elements(const Diagram& d, const Named& named) {
+    const int count = d.slot(named.end).size.count();
+    std::vector<int> all(static_cast<std::size_t>(count));
+    std::iota(all.begin(), all.end(), 0);
+    if (named.element.empty()) return all;
+    for (const int i : all)
+        if (named.element == "[" + std::to_string(i + 1) + "]" ||
+            (count > 1 && named.element == d.element_text(named.end, i)))
+            return {i};
+    return {};
+}
+
+} // namespace bf::analysis

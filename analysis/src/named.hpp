@@ -1,0 +1,29 @@
+// How quantities of a diagram are found by name: "arm.q", "arm.q[elbow]", "arm.q[2]".
+#pragma once
+
+#include "bf/elaborate/diagram.hpp"
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace bf::analysis {
+
+/// Where an input has its values: what it is wired to, if it is; all else has its own.
+Node::End origin(const Diagram& d, const Node::End& end);
+
+/// The state of a block of that path, "block.state"; none: no node.
+Node::End find_state(const Diagram& d, const std::string& path);
+
+/// What a name stands for.
+struct Named {
+    Node::End end; ///< no node: nothing
+    std::string path;
+    std::string element; ///< "[elbow]", as it was given; empty: all of it
+};
+/// `look` finds a quantity by its path; what it does not find may end with an element in brackets.
+Named named(const std::string& name, const std::function<Node::End(const std::string& path)>& look);
+/// Empty: it has no such element.
+std::vector<int> elements(const Diagram& d, const Named& named);
+
+} // namespace bf::analysis

@@ -61,6 +61,8 @@ struct AlgebraicSolver::Kinsol {
             from += part.size();
         }
     }
+    /// Of an unknown: one below 1 counts as it is.
+    static double scale_of(double size) { return size > 1 && std::isfinite(size) ? 1 / size : 1; }
     /// The sizes that y and f(y) have; false: a block failed.
     bool measure() {
         const double* guess = N_VGetArrayPointer(y.get());
@@ -68,10 +70,8 @@ struct AlgebraicSolver::Kinsol {
         if (!evaluate()) return false;
         double* const to = N_VGetArrayPointer(scale.get());
         read(to);
-        for (sunindextype i = 0; i < N_VGetLength(y.get()); ++i) {
-            const double size = std::max(std::abs(guess[i]), std::abs(to[i]));
-            to[i] = size > 1 && std::isfinite(size) ? 1 / size : 1;
-        }
+        for (sunindextype i = 0; i < N_VGetLength(y.get()); ++i)
+            to[i] = scale_of(std::max(std::abs(guess[i]), std::abs(to[i])));
         return true;
     }
     /// f(y) - y.
@@ -104,14 +104,14 @@ bool AlgebraicSolver::solve() {
     double* y = N_VGetArrayPointer(k.y.get());
     k.read(y);
     const sunindextype n = N_VGetLength(k.y.get());
-    for (sunindextype i = 0; i < n; ++i) {
-        if (!std::isfinite(y[i])) y[i] = 0;
-        N_VGetArrayPointer(k.scale.get())[i] = 1 / std::max(1.0, std::abs(y[i]));
-    }
     int flag = 0;
     // How exact a solution can be, and how large a difference must be to be seen, is known once its size is:
     // another time begins where the last one ended.
     for (int time = 0; time < 3; ++time) {
+        for (sunindextype i = 0; i < n; ++i) {
+            if (!std::isfinite(y[i])) y[i] = 0;
+            N_VGetArrayPointer(k.scale.get())[i] = Kinsol::scale_of(std::abs(y[i]));
+        }
         if (time > 0 && !k.measure()) return false;
         KINSetFuncNormTol(k.memory.get(), tolerance / N_VMin(k.scale.get()));
         flag = KINSol(k.memory.get(), k.y.get(), KIN_LINESEARCH, k.scale.get(), k.ones.get());

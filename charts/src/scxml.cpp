@@ -44,24 +44,20 @@ class XmlReader {
     explicit XmlReader(const std::string& file) : file_(file) {}
 
     Chart read(const Element& root) {
-        Chart chart;
-        chart.is_completed = true;
+        chart_.is_completed = true;
         if (root.name != "scxml") refuse(root, "the file is no SCXML; it begins with <scxml>");
         const std::string language = root.attribute("datamodel");
         if (!language.empty() && language != "null" && language != "matlab")
             refuse(root, "its data model is '" + language +
                              "'; write formulas of this project, and datamodel=\"matlab\"");
+        if (root.attribute("binding") == "late")
+            refuse(root, "its data is bound late; assign to it in <onentry>, and leave the binding out");
         note_sends(root);
-        chart.root.initial = names(root.attribute("initial"));
-        root.each([&](const Element& e) {
-            if (e.name == "datamodel")
-                data(e, chart);
-            else
-                child(e, chart.root, 0);
-        });
-        find_events(chart);
+        chart_.root.initial = names(root.attribute("initial"));
+        root.each([&](const Element& e) { child(e, chart_.root, 0); });
+        find_events(chart_);
         if (!problems_.empty()) throw Refused(std::move(problems_));
-        return chart;
+        return std::move(chart_);
     }
 
   private:
@@ -105,13 +101,13 @@ class XmlReader {
                 refuse(e, "it has the attribute '" + name + "', which is not read here");
     }
 
-    void data(const Element& datamodel, Chart& chart) {
+    void data(const Element& datamodel) {
         datamodel.each([&](const Element& e) {
             const std::string id = e.attribute("id"), value = formula(e.attribute("expr"));
             refuse_attributes(e, {"id", "expr"});
             const auto number = number_of(value);
-            chart.variables.emplace_back(id, number.value_or(0));
-            if (!number && !value.empty()) chart.root.begin += id + " = " + value + "\n";
+            chart_.variables.emplace_back(id, number.value_or(0));
+            if (!number && !value.empty()) chart_.root.begin += id + " = " + value + "\n";
         });
     }
 
@@ -122,6 +118,7 @@ class XmlReader {
         if (name == "state" || name == "parallel" || name == "final" || name == "history")
             return state(e, around, depth);
         if (name == "initial") return begin(e, around);
+        if (name == "datamodel") return data(e); // of a state, too: it is there from the start
         const bool is_in_state = depth > 0;
         if (is_in_state && name == "onentry") return contents(e, around.entry, 0);
         if (is_in_state && name == "onexit") return contents(e, around.exit, 0);
@@ -251,6 +248,7 @@ class XmlReader {
 
     std::string file_, where_; ///< the file, and the state that is read
     std::vector<std::string> problems_;
+    Chart chart_;
     std::map<std::string, std::string> sends_; ///< events by the ids of their elements
     std::set<std::string> raised_;
     int unnamed_ = 0;

@@ -127,6 +127,29 @@ class Lowering : public Tree {
 
     /// What a name in a formula is: an input, or a cell of the step.
     std::optional<matlab::Slot> slot_of(const std::string& name, int from) {
+        const int state = named_state(name, from);
+        if (const auto given = given_slot(name)) {
+            if (state > 0)
+                throw matlab::Error("'" + name + "' is " +
+                                    (is_clock(name) ? "what formulas know anyway" : "a number of the chart") +
+                                    " and " + called(state) + ", too; give one of them another name");
+            return given;
+        }
+        if (state > 0) {
+            const auto known = std::ranges::find(flags_, state);
+            const int flag = static_cast<int>(known - flags_.begin());
+            if (known == flags_.end()) flags_.push_back(state);
+            if (first_given() + k::given_cells + flag >= k::most_cells)
+                throw matlab::Error("formulas ask about too many states");
+            return matlab::Slot{first_given() + k::given_cells + flag, {}};
+        }
+        const std::string head = name + "."; // of a state whose fields are states
+        for (const auto& [path, s] : by_path_)
+            if (path.starts_with(head)) return matlab::Slot{-1, {}};
+        return std::nullopt;
+    }
+    /// The same of what is no state.
+    std::optional<matlab::Slot> given_slot(const std::string& name) const {
         const auto place = [&](const auto& all, const auto& of) -> int {
             for (std::size_t i = 0; i < all.size(); ++i)
                 if (of(all[i]) == name) return static_cast<int>(i);
@@ -141,17 +164,6 @@ class Lowering : public Tree {
         if (name == "time_in_state") return matlab::Slot{first_given(), {}};
         if (name == "period") return matlab::Slot{first_given() + 1, {}};
         if (name == "time") return matlab::Slot{first_given() + 2, {}};
-        if (const int s = named_state(name, from); s > 0) {
-            const auto known = std::ranges::find(flags_, s);
-            const int flag = static_cast<int>(known - flags_.begin());
-            if (known == flags_.end()) flags_.push_back(s);
-            if (first_given() + k::given_cells + flag >= k::most_cells)
-                throw matlab::Error("formulas ask about too many states");
-            return matlab::Slot{first_given() + k::given_cells + flag, {}};
-        }
-        const std::string head = name + "."; // of a state whose fields are states
-        for (const auto& [path, s] : by_path_)
-            if (path.starts_with(head)) return matlab::Slot{-1, {}};
         return std::nullopt;
     }
     /// The formula's program; empty where it is wrong.

@@ -108,7 +108,7 @@ void Tree::names() {
         if (!is_identifier(name))
             refuse(what + " '" + name +
                    "' is no name; begin with a letter and go on with letters, digits and '_'");
-        else if (name == "time" || name == "period" || name == "time_in_state")
+        else if (is_clock(name))
             refuse(what + " '" + name + "' has the name of what formulas know anyway; give it another name");
         else if (!taken.insert(name).second)
             refuse("'" + name +

@@ -43,6 +43,9 @@ class Tree {
     Kind kind(int s) const { return node(s).state->kind; }
     bool is_compound(int s) const { return s == 0 || (kind(s) == Kind::plain && !node(s).children.empty()); }
     bool is_below(int s, int around) const;
+    static bool is_clock(const std::string& name) {
+        return name == "time" || name == "period" || name == "time_in_state";
+    }
     /// The state that a formula or an output names; 0: none, or one of several.
     int named_state(const std::string& name, int from) const;
     /// The state of that name as seen from another one: its path from there or from further out, or a name

@@ -284,6 +284,37 @@ TEST(Charts, NameWhatIsWrongWithStateAndTransition) {
         "state 'a', entry: an `if` has no `end`");
 }
 
+TEST(Charts, AskWhichOfTwoIsMeantByAName) {
+    EXPECT_EQ(refusal(R"({"variables": ["a", "v"], "states": {"a": {"entry": "v = a"}}})"),
+              "state 'a', entry: 'a', character 1: 'a' is a number of the chart and state 'a', too; give one "
+              "of them "
+              "another name");
+    EXPECT_EQ(refusal(R"({"variables": ["v"], "states": {"time": {"entry": "v = time"}}})"),
+              "state 'time', entry: 'time', character 1: 'time' is what formulas know anyway and state "
+              "'time', too; "
+              "give one of them another name");
+    EXPECT_EQ(refusal(R"({"variables": {"a": 1}, "states": {"a": {"entry": "a = 2"}, "time": {}}})"),
+              "nothing")
+        << "an action assigns to variables alone, and nothing asks for the state";
+}
+
+TEST(Charts, WhatIsDueHappensEvenIfAnInputOfThatStepSendsItAnew) {
+    Machine m = machine(R"({"run_to_completion": true, "events": ["again"], "variables": ["came"],
+        "states": {"s": {"entry": "send late after 0.2",
+                         "transitions": [{"to": "s", "on": "again"}, {"on": "late", "do": "came = came + 1"}]}}})");
+    const auto step = [&](double time, double again) {
+        m.inputs[0] = {again};
+        EXPECT_TRUE(m.step(time));
+        return m.values[0];
+    };
+    EXPECT_EQ(step(0, 0), 0);
+    EXPECT_EQ(step(0.1, 1), 0) << "sent anew, for 0.3 s";
+    EXPECT_EQ(step(0.2, 0), 0);
+    EXPECT_EQ(step(0.3, 1), 1) << "its time has come";
+    EXPECT_EQ(step(0.4, 0), 1);
+    EXPECT_EQ(step(0.5, 0), 2) << "and that of the one that was sent then";
+}
+
 TEST(Charts, ChooseNoMoreTransitionsAtOnceThanAStepHasPlacesFor) {
     const auto parallel = [](int count) {
         std::string regions;

@@ -1,6 +1,7 @@
 // What W3C, "State Chart XML (SCXML)", 2015, demands, as small charts of our own. The numbers are those of
 // the assertions in its implementation report; left out are those of other data models, of invoke, of
-// communication with other sessions and of documents that are no charts.
+// communication with other sessions, of loops, of what an event carries, of errors as events, which here end
+// the run, and of documents that are no charts.
 #include "machine.hpp"
 
 #include <filesystem>
@@ -53,11 +54,22 @@ const Demand demands[] = {
      "<transition event='soon' target='t'/><transition event='late' target='fail'/></state>"
      "<state id='t'><transition event='late' target='pass'/></state>",
      6},
+    {189, "what is sent to the chart itself, #_internal, comes before what is sent outside",
+     "<state id='s'><onentry><send event='out'/><send event='own' target='#_internal'/></onentry>"
+     "<transition event='own' target='pass'/><transition event='out' target='fail'/></state>"},
     {208, "what is cancelled does not come",
      "<state id='s'><onentry><send id='x' event='a' delay='0.1s'/><send event='b' delay='0.3s'/>"
      "<cancel sendid='x'/></onentry><transition event='a' target='fail'/>"
      "<transition event='b' target='pass'/></state>",
      6},
+    {279, "data has its value from the start, wherever it is declared",
+     "<state id='s'><transition cond='x == 4' target='pass'/><transition target='fail'/></state>"
+     "<state id='later'><datamodel><data id='x' expr='4'/></datamodel></state>"},
+    {310, "In() tells what is active, in another region, too",
+     "<parallel id='p'><state id='r1'><state id='a'><transition cond=\"In('b') &amp;&amp; ~In('c')\" "
+     "target='pass'/>"
+     "<transition target='fail'/></state></state>"
+     "<state id='r2'><state id='b'/><state id='c'/></state></parallel>"},
     {355, "the chart begins in the first state", "<state id='s'><transition target='pass'/></state>"},
     {364, "a state begins as it says, by attribute, element or order",
      "<state id='s' initial='s12'><transition event='bad' target='fail'/>"
@@ -188,6 +200,10 @@ const Demand demands[] = {
      "<state id='s'><onentry><send event='out'/><raise event='a'/><raise event='b'/></onentry>"
      "<transition event='out' target='fail'/><transition event='b' target='t'/></state>"
      "<state id='t'><transition event='out' target='pass'/></state>"},
+    {423, "events from outside that enable nothing are dropped, one after the other",
+     "<state id='s'><onentry><send event='a'/><send event='b' delay='0.2s'/></onentry>"
+     "<transition event='c' target='fail'/><transition event='b' target='pass'/></state>",
+     4},
     {503, "a transition without a goal leaves nothing",
      "<datamodel><data id='x' expr='0'/></datamodel>"
      "<state id='s'><onentry><raise event='a'/><raise event='b'/></onentry>"
@@ -297,6 +313,8 @@ TEST(Scxml, RefusesWhatItDoesNotRead) {
     EXPECT_EQ(file_refusal("<scxml datamodel='ecmascript'><state id='a'/></scxml>"),
               ", <scxml>: its data model is 'ecmascript'; write formulas of this project, and "
               "datamodel=\"matlab\"");
+    EXPECT_EQ(file_refusal("<scxml binding='late'><state id='a'/></scxml>"),
+              ", <scxml>: its data is bound late; assign to it in <onentry>, and leave the binding out");
     EXPECT_EQ(file_refusal(
                   "<scxml><state id='a'><onentry><send event='x' delay='soon'/></onentry></state></scxml>"),
               ", <send> in state 'a': <send> has the delay 'soon'; write seconds, '1.5s', or '20ms'");

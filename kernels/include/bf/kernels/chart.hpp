@@ -267,9 +267,13 @@ template <class T, class L, class N> class Step : public Present<T, L, N> {
     /// Microsteps without an event and with the events that they raise, until there are none; then the same
     /// with each event from outside.
     void complete() noexcept {
+        // What is due has happened, even if an answer to an input sends it anew.
+        int due[most_timers], due_count = 0;
+        for (int k = next_due(); k >= 0; k = next_due()) due[due_count++] = at_(timers_at, k);
         settle();
         for (int e = 1; e <= head(event_inputs); ++e)
             if (is_input(e)) answer(e);
+        for (int i = 0; i < due_count; ++i) answer(due[i]);
         for (int k = next_due(); k >= 0 && is_right_; k = next_due()) answer(at_(timers_at, k));
     }
     void answer(int event) noexcept {

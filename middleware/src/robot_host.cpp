@@ -90,7 +90,7 @@ void RobotHost::step(double time) noexcept {
             return has_settings && session_ != 0 && command_[RobotLayout::until] >= may_go;
         };
         while (!has_all()) {
-            if (is_interrupted() || (options_.goes_on && !options_.goes_on())) return;
+            if (is_interrupted() || end_.wants_reset() || (options_.goes_on && !options_.goes_on())) return;
             if (session_ != 0 && end_.is_gone()) let_go(Event::died);
             end_.wait(0.05);
         }
@@ -100,6 +100,11 @@ void RobotHost::step(double time) noexcept {
 
 void RobotHost::stop() noexcept {
     if (session_ != 0) let_go(Event::left);
+}
+
+void RobotHost::reset() noexcept {
+    stop();
+    end_.reset();
 }
 
 void RobotHost::show(double time) noexcept {

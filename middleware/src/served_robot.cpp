@@ -16,6 +16,9 @@ class Hosted final : public ServedRobot {
 
     void start(double period) override { host_.start(period); }
     void step(double time) noexcept override { host_.step(time); }
+    void allow_reset() noexcept override { end_->allow_reset(); }
+    bool wants_reset() const noexcept override { return end_->wants_reset(); }
+    void reset() noexcept override { host_.reset(); }
     const std::string& name() const noexcept override { return end_->name(); }
     std::string take_news() override {
         if (RobotHost::Event event; host_.take_event(event)) return text_of(event);

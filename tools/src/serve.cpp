@@ -74,6 +74,21 @@ class ServedRobots final : public Run::Observer {
         for (auto& served : served_) served->step(run.time());
     }
 
+    /// Before the first step: others may ask for the model as it began.
+    void allow_reset() {
+        for (auto& served : served_) served->allow_reset();
+    }
+    /// Between two steps: does somebody? The joints are taken back then.
+    bool take_reset() {
+        bool is_asked = false;
+        for (auto& served : served_) {
+            if (!served->wants_reset()) continue;
+            served->reset();
+            is_asked = true;
+        }
+        return is_asked;
+    }
+
     /// In the thread that also prints.
     bool goes_on() {
         bool is_over = options_.is_once;
@@ -126,7 +141,14 @@ void execute(const ServeOptions& options) {
     } else {
         simulation.add_observer(robots);
         RunHooks hooks;
+        std::vector<std::byte> begin; // where the model goes that is asked to begin again
         hooks.between_steps = [&] {
+            if (simulation.steps() == 0 && begin.empty() && options.way->has_reset && !recorder) try {
+                    begin = simulation.snapshot();
+                    robots.allow_reset();
+                } catch (const RunError&) { // a block refuses, and the robot says so
+                }
+            if (robots.take_reset()) simulation.restore(begin);
             if (parameters) parameters->apply();
             return goes_on();
         };

@@ -83,6 +83,7 @@ const std::vector<WayToServe>& ways_to_serve() {
          .alone = "/clock is that of one; serve them by --shm",
          .plugin = "Ros2",
          .make = nullptr,
+         .has_reset = true,
          .has_parameters = true},
     };
     return ways;

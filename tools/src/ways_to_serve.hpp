@@ -24,6 +24,7 @@ struct WayToServe {
     const char* alone;
     const char* plugin; ///< that serves it; null: `make` does
     std::unique_ptr<middleware::ServedRobot> (*make)(const middleware::ServeRequest& request);
+    bool has_reset = false;      ///< others may ask for the model as it began
     bool has_parameters = false; ///< the plugin shows the model's parameters, too, where `option` says
 };
 

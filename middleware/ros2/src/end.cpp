@@ -186,6 +186,8 @@ class End final : public middleware::RobotEnd {
         node_.add(watch_);
         services_.push_back(
             messages::serve(node_, "~/step", [this](bool& is_done) { return step(is_done); }));
+        services_.push_back(
+            messages::serve(node_, "~/reset", [this](bool& is_done) { return begin_again(is_done); }));
         services_.push_back(messages::serve(
             node_, "~/pause", [this](bool asked, bool& is_done) { return pause(asked, is_done); }));
     }
@@ -199,6 +201,7 @@ class End final : public middleware::RobotEnd {
         is_given_ = is_granted_ = false;
         time_ = state[RobotLayout::time];
         shown_time_ = time_;
+        if (is_reset_.exchange(false)) ++resets_;
         steps_bell_.ring();
     }
     void show_gains(const double*) noexcept override {}
@@ -228,6 +231,16 @@ class End final : public middleware::RobotEnd {
         return true;
     }
     bool take_settings(double*) noexcept override { return false; }
+    void allow_reset() noexcept override { may_reset_ = true; }
+    bool wants_reset() const noexcept override { return is_reset_asked_; }
+    void reset() noexcept override {
+        is_ours_ = is_following_ = false;
+        steps_done_ = steps_asked_.load();
+        newest_->read(numbers_.data(), taken_); // a command for what is over
+        has_path_ = false;
+        is_reset_asked_ = false;
+        is_reset_ = true;
+    }
     void wait(double timeout) noexcept override {
         const double left = is_free_ ? std::clamp(due_ - middleware::now(), 0.0, timeout) : timeout;
         bell_.wait(left, [&] { return is_news(); });
@@ -282,6 +295,18 @@ class End final : public middleware::RobotEnd {
         is_done = shown_time_ != before;
         return is_done ? "" : "the step is not done within 5 s";
     }
+    std::string begin_again(bool& is_done) {
+        is_done = false;
+        if (!waits_) return "the robot's time goes by the clock; serve it without --realtime";
+        if (!may_reset_)
+            return "this model does not begin again: it is recorded, or one of its blocks cannot";
+        const int before = resets_;
+        is_reset_asked_ = true;
+        bell_.ring();
+        steps_bell_.wait(5, [&] { return resets_ != before || is_over_; });
+        is_done = resets_ != before;
+        return is_done ? "" : "it is not as it began within 5 s";
+    }
     std::string pause(bool asked, bool& is_done) {
         is_done = waits_;
         if (!waits_) return "the robot's time goes by the clock; serve it without --realtime";
@@ -294,7 +319,7 @@ class End final : public middleware::RobotEnd {
     // ---- in the thread of the steps
     bool is_news() const noexcept {
         return newest_->newest() != taken_.number || has_path_ || steps_asked_ > steps_done_ || is_over_ ||
-               (is_free_ && middleware::now() >= due_);
+               is_reset_asked_ || (is_free_ && middleware::now() >= due_);
     }
     bool take_numbers() noexcept {
         if (newest_->newest() == taken_.number || !newest_->read(numbers_.data(), taken_)) return false;
@@ -353,6 +378,8 @@ class End final : public middleware::RobotEnd {
     std::mutex path_mutex_;
     std::unique_ptr<Path> path_, next_path_; ///< the one that is followed; the newest, or one to be forgotten
     std::atomic<bool> has_path_{false}, is_free_{false}, is_over_{false};
+    std::atomic<bool> may_reset_{false}, is_reset_asked_{false}, is_reset_{false};
+    std::atomic<int> resets_{0}; ///< that are shown
     std::atomic<std::uint64_t> steps_asked_{0}, steps_done_{0}, rejected_{0};
     std::atomic<double> shown_time_{0}, due_{0};
     bool is_ours_ = false, is_following_ = false, had_writers_ = false;

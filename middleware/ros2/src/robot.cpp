@@ -288,7 +288,9 @@ class Robot final : public toolbox::RobotConnection {
             has_effort_ |= take_one(state.effort, i, effort_[at]);
             came_[at] = now;
             // Programs that tell of some of the joints each are not equally far.
-            stamp_ = std::max(stamp_, messages::seconds(state.header.stamp));
+            // One that is led has one program, and when that begins again its time goes back.
+            const double stamp = messages::seconds(state.header.stamp);
+            stamp_ = options_.step_size > 0 ? stamp : std::max(stamp_, stamp);
         }
         bell_.ring();
     }

@@ -2,24 +2,10 @@
 #include "peer.hpp"
 #include "served.hpp"
 
-#include <filesystem>
-#include <fstream>
-
 namespace bf::ros2::test {
 namespace {
 
 using toolbox::test::expect_contains;
-
-struct Folder {
-    Folder() { std::filesystem::create_directories(path); }
-    ~Folder() { std::filesystem::remove_all(path); }
-    std::string write(const std::string& name, const std::string& text) const {
-        std::ofstream(path / name) << text;
-        return path / name;
-    }
-    const std::filesystem::path path =
-        std::filesystem::temp_directory_path() / ("bf_ros2_parameters_" + std::to_string(getpid()));
-};
 
 /// What the client prints for each expression.
 std::vector<std::string> answers(const std::string& node, const std::vector<std::string>& expressions) {

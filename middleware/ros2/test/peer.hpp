@@ -5,6 +5,8 @@
 
 #include <cstdlib>
 #include <fcntl.h>
+#include <filesystem>
+#include <fstream>
 #include <gtest/gtest.h>
 #include <poll.h>
 #include <signal.h>
@@ -22,6 +24,18 @@ class Alone : public ::testing::Test {
         static const bool is_alone = middleware::test::enter_network_of_our_own();
         if (!is_alone) GTEST_SKIP() << "this system gives a program no network of its own";
     }
+};
+
+/// For the files of a test.
+struct Folder {
+    Folder() { std::filesystem::create_directories(path); }
+    ~Folder() { std::filesystem::remove_all(path); }
+    std::string write(const std::string& name, const std::string& text) const {
+        std::ofstream(path / name) << text;
+        return path / name;
+    }
+    const std::filesystem::path path =
+        std::filesystem::temp_directory_path() / ("bf_ros2_test_" + std::to_string(getpid()));
 };
 
 /// Another program, which is ended by force.

@@ -179,6 +179,28 @@ TEST_F(Ros2Robot, IsLedInLockstepToTheSameNumbers) {
     }
 }
 
+TEST_F(Ros2Robot, EndsItsDiagramWhereItsServerDiesOrBeginsAgain) {
+    if (!Peer::is_there()) GTEST_SKIP() << "there is no rclpy";
+    const Folder folder;
+    const std::string model = folder.write("leg.yaml", diagram(icub + icub_world));
+    for (const bool is_killed : {true, false}) {
+        Program served({BF_PROGRAM, "serve", model, "--ros2", "/icub", "--quiet"});
+        Running run(remote("", "", ", step_size: 0.001"));
+        for (int k = 0; k < 10; ++k) {
+            ASSERT_TRUE(run.step()) << run.simulation.failure();
+        }
+        if (is_killed) {
+            served.end();
+        } else {
+            Peer reset({"call", "/icub/robot/reset", "std_srvs/srv/Trigger"});
+            expect_contains(reset.line(), "success=True");
+        }
+        int steps = 0;
+        while (run.step()) ASSERT_LT(++steps, 10) << "states of another time are not those of this one";
+        expect_contains(run.simulation.failure(), "no state for 1");
+    }
+}
+
 TEST_F(Ros2Robot, RefusesToStepWhatGoesByTheClock) {
     InRealTime served("/icub");
     expect_contains(
@@ -337,6 +359,33 @@ TEST_F(Ros2Served, IsSteppedByItsService) {
     EXPECT_GT(time, 0.1) << "it ran while it was not paused";
     usleep(100'000);
     EXPECT_EQ(served.time(), time);
+}
+
+TEST_F(Ros2Served, BeginsAgainToTheSameRun) {
+    if (!Peer::is_there()) GTEST_SKIP() << "there is no rclpy";
+    const Folder folder;
+    const std::string model = folder.write("leg.yaml", diagram(icub + icub_world));
+    const auto reset = [] {
+        Peer call({"call", "/icub/robot/reset", "std_srvs/srv/Trigger"});
+        return call.line();
+    };
+    {
+        Program served({BF_PROGRAM, "serve", model, "--ros2", "/icub", "--quiet"});
+        std::vector<std::string> runs;
+        for (int k = 0; k < 2; ++k) {
+            if (k > 0) expect_contains(reset(), "success=True");
+            Peer peer({"effort", "/icub", "20", "1", "50"});
+            ASSERT_EQ(peer.line(), "ready");
+            std::string all;
+            for (int i = 0; i < 50; ++i) all += peer.line() + "\n";
+            runs.push_back(all);
+        }
+        EXPECT_EQ(runs[0].substr(0, 4), "0.0 ");
+        EXPECT_EQ(runs[0], runs[1]);
+    }
+    Program recorded(
+        {BF_PROGRAM, "serve", model, "--ros2", "/icub", "--quiet", "--record", folder.path / "run.mcap"});
+    expect_contains(reset(), "success=False, message='this model does not begin again: it is recorded");
 }
 
 // ---- trajectories, whose oracles are polynomials in closed form

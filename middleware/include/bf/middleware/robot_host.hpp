@@ -30,6 +30,11 @@ class RobotEnd {
     virtual void wait(double timeout) noexcept = 0;
     /// Is the controller known to be gone?
     virtual bool is_gone() noexcept = 0;
+    /// From now on others may ask for the robot as it began: does somebody? He is answered by reset(), which
+    /// is called when it will be so in the next step.
+    virtual void allow_reset() noexcept {}
+    virtual bool wants_reset() const noexcept { return false; }
+    virtual void reset() noexcept {}
     virtual Counts counts() const noexcept { return {}; }
     /// What it counts as rejected, in a sentence that begins with "left out".
     virtual const char* what_is_rejected() const noexcept { return "a message that is not for it"; }
@@ -69,6 +74,8 @@ class RobotHost {
     void step(double time) noexcept;
     /// Takes the joints back.
     void stop() noexcept;
+    /// Takes the joints back from a robot that will be as it began in the next step.
+    void reset() noexcept;
 
     /// What happened since the last call, for people, oldest first; from any one thread.
     enum class Event : std::uint8_t { came, left, died, silent, refused };

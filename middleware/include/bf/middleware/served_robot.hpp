@@ -20,6 +20,11 @@ class ServedRobot {
     /// Between the outputs and the updates of a step at that time of the robot: shows its state, waits where
     /// it waits, and gives the robot what was commanded.
     virtual void step(double time) noexcept = 0;
+    /// From now on others may ask for the robot as it began: does somebody? Then reset() takes its joints
+    /// back, and the model goes there before its next step.
+    virtual void allow_reset() noexcept {}
+    virtual bool wants_reset() const noexcept { return false; }
+    virtual void reset() noexcept {}
     /// How users call it, such as "robot 'icub' in shared memory".
     virtual const std::string& name() const noexcept = 0;
     /// What happened since the last call, for people, oldest first; empty: nothing. From any one thread.

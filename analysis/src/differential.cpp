@@ -330,7 +330,7 @@ void Differential::activity(int node, Phase phase, int index) {
     }
     if (kernel)
         this->rule(node, phase, *rule, *kernel);
-    else if (rule || phase != Phase::output || by_differences_ || !declared(node, phase, index))
+    else if (rule || phase == Phase::update || by_differences_ || !declared(node, phase, index))
         by_differences(node, phase, index);
     // One rule may change what another one wrote: each is differentiated at the values that it found.
     const bool has_more =
@@ -525,20 +525,26 @@ void Differential::rule(int node, Phase phase, const Call& call, const NamedKern
     });
 }
 
-/// By what the block says of its method `output`.
+/// By what the block says of its method `output` or `derivative`.
 bool Differential::declared(int node, Phase phase, int index) {
     const auto* block =
         dynamic_cast<const Differentiable*>(d_.nodes[static_cast<std::size_t>(node)].block.get());
     if (!block) return false;
     const auto from = reads(node, phase, index), to = writes(node, phase, index);
     if (from.empty()) return false;
+    const auto is_target = [&](Role role) {
+        return role == (phase == Phase::output ? Role::output : Role::continuous_state);
+    };
+    const auto result = [&](Changes& changes, int slot) -> Matrix& {
+        return phase == Phase::output ? changes.at(slot) : changes.rate_at(slot);
+    };
     return write(node, from, to, [&](const Matrix& directions, Matrix& slopes) {
         const auto count = static_cast<int>(slots_of(d_, node).size());
         Changes changes(count, static_cast<int>(directions.cols()));
         for (int s = 0; s < count; ++s) {
             const auto& its = place({node, s});
             const Role role = d_.slot({node, s}).role;
-            if (role == Role::output) changes.at(s) = Matrix::Zero(its.count, directions.cols());
+            if (is_target(role)) result(changes, s) = Matrix::Zero(its.count, directions.cols());
             if (role != Role::input && !is_state(role)) continue;
             int row = 0;
             for (const auto& part : from) {
@@ -546,13 +552,16 @@ bool Differential::declared(int node, Phase phase, int index) {
                 row += part.count;
             }
         }
-        if (!block->directional_derivative(Now(context_.frame(node)), changes)) return false;
+        const Now at(context_.frame(node));
+        if (!(phase == Phase::output ? block->directional_derivative(at, changes)
+                                     : block->directional_derivative_of_rates(at, changes)))
+            return false;
         if (changes.has_corner()) kinks_.insert(node);
         int i = 0;
         for (int s = 0; s < count; ++s)
             if (const auto& its = places_[static_cast<std::size_t>(node)][static_cast<std::size_t>(s)];
-                d_.slot({node, s}).role == Role::output && its.own >= 0) {
-                slopes.middleRows(i, its.count) = changes.at(s);
+                is_target(d_.slot({node, s}).role) && (phase != Phase::output || its.own >= 0)) {
+                slopes.middleRows(i, its.count) = result(changes, s);
                 i += its.count;
             }
         return true;
@@ -586,7 +595,7 @@ void Differential::bend(int node, const Vector& direction, double step, double p
 
 void Differential::by_differences(int node, Phase phase, int index) {
     const auto from = reads(node, phase, index), to = writes(node, phase, index);
-    if (from.empty()) {
+    if (from.empty() || to.empty()) {
         for (const auto& part : to) slopes(part.slopes).clear();
         return;
     }

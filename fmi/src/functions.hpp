@@ -22,6 +22,9 @@ namespace bf::fmi {
                         f(fmi3GetInt32) f(fmi3SetInt32) f(fmi3GetUInt32) f(fmi3SetUInt32) f(fmi3GetInt64)    \
                             f(fmi3SetInt64) f(fmi3GetUInt64) f(fmi3SetUInt64) f(fmi3GetBoolean)              \
                                 f(fmi3SetBoolean)
+// Of those that say that they have them.
+#define BF_FMI2_DERIVATIVES(f) f(fmi2GetDirectionalDerivative)
+#define BF_FMI3_DERIVATIVES(f) f(fmi3GetDirectionalDerivative)
 #define BF_FMI2_CO_SIMULATION(f) f(fmi2DoStep)
 #define BF_FMI3_CO_SIMULATION(f) f(fmi3InstantiateCoSimulation) f(fmi3DoStep)
 #define BF_FMI2_MODEL_EXCHANGE(f)                                                                            \
@@ -39,6 +42,8 @@ struct Library::Functions {
 #define BF_FMI_FUNCTION(name) decltype(&::name) name = nullptr;
     BF_FMI2_FUNCTIONS(BF_FMI_FUNCTION)
     BF_FMI3_FUNCTIONS(BF_FMI_FUNCTION)
+    BF_FMI2_DERIVATIVES(BF_FMI_FUNCTION)
+    BF_FMI3_DERIVATIVES(BF_FMI_FUNCTION)
     BF_FMI2_CO_SIMULATION(BF_FMI_FUNCTION)
     BF_FMI3_CO_SIMULATION(BF_FMI_FUNCTION)
     BF_FMI2_MODEL_EXCHANGE(BF_FMI_FUNCTION)

@@ -453,6 +453,20 @@ bool LocalInstance::set(const Values& values) noexcept {
 #undef BF_FMI_SET
 }
 
+bool LocalInstance::differentiate(const Values& along, Values& change) noexcept {
+    const char* const function = of_version("fmi2GetDirectionalDerivative", "fmi3GetDirectionalDerivative");
+    const auto &by = along.references_, &of = change.references_;
+    if (!may(Call::get_derivatives_of, function)) return false;
+    return done(Call::get_derivatives_of, function,
+                order_.version() == 2
+                    ? static_cast<int>(f_.fmi2GetDirectionalDerivative(
+                          instance_, of.data(), of.size(), by.data(), by.size(), along.doubles_.data(),
+                          change.doubles_.data()))
+                    : static_cast<int>(f_.fmi3GetDirectionalDerivative(
+                          instance_, of.data(), of.size(), by.data(), by.size(), along.doubles_.data(),
+                          along.count_, change.doubles_.data(), change.count_)));
+}
+
 bool LocalInstance::save(std::vector<std::uint8_t>& bytes) noexcept {
     void* state = nullptr;
     std::size_t size = 0;

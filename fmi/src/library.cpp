@@ -179,6 +179,7 @@ Library::Library(const fs::path& archive, Kind kind)
 #define BF_FMI_LOAD(function) load(functions_->function, #function);
     if (description_.version == 2) {
         BF_FMI2_FUNCTIONS(BF_FMI_LOAD)
+        if (interface()->has_derivatives) BF_FMI2_DERIVATIVES(BF_FMI_LOAD)
         if (steps) {
             BF_FMI2_CO_SIMULATION(BF_FMI_LOAD)
         } else {
@@ -186,6 +187,7 @@ Library::Library(const fs::path& archive, Kind kind)
         }
     } else {
         BF_FMI3_FUNCTIONS(BF_FMI_LOAD)
+        if (interface()->has_derivatives) BF_FMI3_DERIVATIVES(BF_FMI_LOAD)
         if (steps) {
             BF_FMI3_CO_SIMULATION(BF_FMI_LOAD)
         } else {

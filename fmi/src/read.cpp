@@ -60,6 +60,9 @@ Interface Reader::interface(const Element* e) const {
                "the modelIdentifier '" + shown(its.identifier) + "' is no C name" + section("2.2.1", "2.4"));
     its.has_state = truth(e, "canGetAndSetFMUState") || truth(e, "canGetAndSetFMUstate");
     its.can_serialize = truth(e, "canSerializeFMUState") || truth(e, "canSerializeFMUstate");
+    its.has_derivatives =
+        truth(e, "providesDirectionalDerivatives") || truth(e, "providesDirectionalDerivative");
+    its.has_adjoint = truth(e, "providesAdjointDerivatives");
     its.takes_any_step = truth(e, "canHandleVariableCommunicationStepSize");
     its.has_event_mode = truth(e, "hasEventMode");
     its.returns_early = truth(e, "canReturnEarlyAfterIntermediateUpdate");

@@ -36,6 +36,7 @@ enum class Operation : std::uint32_t {
     get_states,
     get_derivatives,
     get_indicators,
+    differentiate,
     complete_step,
     enter_event_mode,
     handle_event,
@@ -216,6 +217,21 @@ class Server {
         case Operation::get_indicators:
             return row(instance.indicator_count(), [&](double* z) { return instance.get_indicators(z); });
         case Operation::set_states: return instance.set_states(question);
+        case Operation::differentiate: { // behind the direction, the references of what changes
+            Values along = values_of(head, bytes_, version_);
+            const std::size_t before = head.references * sizeof(std::uint32_t);
+            std::memcpy(along.data(), bytes_.data() + before, along.bytes());
+            Head of_change = head;
+            of_change.references = static_cast<std::uint32_t>(head.a);
+            of_change.values = static_cast<std::uint32_t>(head.b);
+            bytes_.erase(bytes_.begin(),
+                         bytes_.begin() + static_cast<std::ptrdiff_t>(before + along.bytes()));
+            Values change = values_of(of_change, bytes_, version_);
+            const bool is_good = instance.differentiate(along, change);
+            bytes_.assign(static_cast<std::uint8_t*>(change.data()),
+                          static_cast<std::uint8_t*>(change.data()) + change.bytes());
+            return is_good;
+        }
         case Operation::save: return instance.save(bytes_);
         case Operation::restore: return instance.restore(bytes_, static_cast<State>(head.state));
         default: break;
@@ -331,6 +347,16 @@ class RemoteInstance final : public Instance {
         return is_good;
     }
     bool enter_continuous_time() noexcept override { return ask(Operation::enter_continuous_time); }
+    bool differentiate(const Values& along, Values& change) noexcept override {
+        const auto* const direction = static_cast<const std::uint8_t*>(along.data());
+        Bytes question;
+        for (const Part part : {references_of(along), Part(direction, along.bytes()), references_of(change)})
+            question.insert(question.end(), part.begin(), part.end());
+        Head head = head_of(Operation::differentiate, along);
+        head.a = static_cast<double>(change.references().size());
+        head.b = static_cast<double>(change.size());
+        return ask(head, question) && take(change.data(), change.bytes());
+    }
     bool save(std::vector<std::uint8_t>& bytes) noexcept override {
         if (!ask(Operation::save)) return false;
         bytes = bytes_;

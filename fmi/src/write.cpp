@@ -96,6 +96,9 @@ std::string interface(const Description& d, const Interface& its, bool is_co_sim
                        attribute("modelIdentifier", its.identifier) +
                        truth(is_2 ? "canGetAndSetFMUstate" : "canGetAndSetFMUState", its.has_state) +
                        truth(is_2 ? "canSerializeFMUstate" : "canSerializeFMUState", its.can_serialize) +
+                       truth(is_2 ? "providesDirectionalDerivative" : "providesDirectionalDerivatives",
+                             its.has_derivatives) +
+                       truth("providesAdjointDerivatives", !is_2 && its.has_adjoint) +
                        truth("canBeInstantiatedOnlyOncePerProcess", its.only_once);
     if (is_co_simulation) {
         text += truth("canHandleVariableCommunicationStepSize", its.takes_any_step);

@@ -5,6 +5,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #ifndef STATES
 #define STATES 1
@@ -153,6 +154,30 @@ fmi3Status fmi3SetBoolean(fmi3Instance i, const fmi3ValueReference* r, size_t n,
     return fmi3OK;
 }
 
+#ifdef DERIVATIVES /* of f = k*(u - x) and y = x, times what is defined, so that it is seen who computed them */
+fmi3Status fmi3GetDirectionalDerivative(fmi3Instance i, const fmi3ValueReference* unknowns, size_t n,
+                                        const fmi3ValueReference* knowns, size_t m, const fmi3Float64* seed, size_t s,
+                                        fmi3Float64* change, size_t c) {
+    IN(events, continuous)
+    double u = 0, x = 0;
+    for (size_t k = 0; k < m; ++k)
+        if (knowns[k] == 1)
+            u = seed[k];
+        else if (knowns[k] == 3)
+            x = seed[k];
+        else
+            return fmi3Error;
+    for (size_t k = 0; k < n; ++k)
+        if (unknowns[k] == 4)
+            change[k] = DERIVATIVES * odd->k * (u - x);
+        else if (unknowns[k] == 6)
+            change[k] = DERIVATIVES * x;
+        else
+            return fmi3Error;
+    return fmi3OK;
+}
+#endif
+
 #define NONE(name, ...)                                                                                                \
     fmi3Status name(fmi3Instance i, const fmi3ValueReference* r, size_t n, __VA_ARGS__ values, size_t size) {          \
         return fmi3Error;                                                                                              \
@@ -175,9 +200,45 @@ NONE(fmi3GetInt64, fmi3Int64*)
 NONE(fmi3SetInt64, const fmi3Int64*)
 NONE(fmi3GetUInt64, fmi3UInt64*)
 NONE(fmi3SetUInt64, const fmi3UInt64*)
+#ifdef DERIVATIVES /* such an FMU has states, too */
+static void copy(void* to, const void* from) {
+    const Odd before = *(Odd*)to;
+    memcpy(to, from, sizeof(Odd));
+    ((Odd*)to)->environment = before.environment;
+    ((Odd*)to)->log = before.log;
+}
+fmi3Status fmi3GetFMUState(fmi3Instance i, fmi3FMUState* s) {
+    if (!*s) *s = calloc(1, sizeof(Odd));
+    copy(*s, i);
+    return fmi3OK;
+}
+fmi3Status fmi3SetFMUState(fmi3Instance i, fmi3FMUState s) {
+    copy(i, s);
+    return fmi3OK;
+}
+fmi3Status fmi3FreeFMUState(fmi3Instance i, fmi3FMUState* s) {
+    free(*s);
+    *s = NULL;
+    return fmi3OK;
+}
+fmi3Status fmi3SerializedFMUStateSize(fmi3Instance i, fmi3FMUState s, size_t* n) {
+    *n = sizeof(Odd);
+    return fmi3OK;
+}
+fmi3Status fmi3SerializeFMUState(fmi3Instance i, fmi3FMUState s, fmi3Byte* b, size_t n) {
+    memcpy(b, s, n);
+    return fmi3OK;
+}
+fmi3Status fmi3DeserializeFMUState(fmi3Instance i, const fmi3Byte* b, size_t n, fmi3FMUState* s) {
+    if (!*s) *s = calloc(1, sizeof(Odd));
+    memcpy(*s, b, n);
+    return fmi3OK;
+}
+#else
 fmi3Status fmi3GetFMUState(fmi3Instance i, fmi3FMUState* s) { return fmi3Error; }
 fmi3Status fmi3SetFMUState(fmi3Instance i, fmi3FMUState s) { return fmi3Error; }
 fmi3Status fmi3FreeFMUState(fmi3Instance i, fmi3FMUState* s) { return fmi3Error; }
 fmi3Status fmi3SerializedFMUStateSize(fmi3Instance i, fmi3FMUState s, size_t* n) { return fmi3Error; }
 fmi3Status fmi3SerializeFMUState(fmi3Instance i, fmi3FMUState s, fmi3Byte* b, size_t n) { return fmi3Error; }
 fmi3Status fmi3DeserializeFMUState(fmi3Instance i, const fmi3Byte* b, size_t n, fmi3FMUState* s) { return fmi3Error; }
+#endif

@@ -1,9 +1,13 @@
 // FMUs whose states our solver integrates.
 #include "fmu_block.hpp"
 
+#include "bf/core/changes.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <stdexcept>
+#include <tuple>
 
 namespace bf::fmi {
 
@@ -17,7 +21,7 @@ namespace {
 /// a step. Those that are no crossings change the sign of one more guard, which the block keeps away from 0
 /// otherwise. An event at the begin of a step gives its outputs first, from the inputs there, and ends when
 /// all inputs are known.
-class ModelExchange final : public FmuBlock {
+class ModelExchange final : public FmuBlock, public Differentiable {
   public:
     explicit ModelExchange(const Arguments& arguments) : FmuBlock(arguments, Kind::model_exchange) {}
 
@@ -109,6 +113,35 @@ class ModelExchange final : public FmuBlock {
         return its.instance->enter_continuous_time() ? ok : its.failure();
     }
 
+    bool directional_derivative(Now at, Changes& changes) const override {
+        Values unknowns(description_.version, Type::float64);
+        std::vector<std::pair<const Port*, std::size_t>> places;
+        for (const auto& output : outputs_)
+            if (output.is_continuous && changes.at(output.slot).size() > 0) {
+                if (!is_differentiable(output)) return false;
+                places.emplace_back(&output, unknowns.add(variable(output)));
+            }
+        return differentiate(
+            at, changes, [](const Port& input) { return input.is_early; }, unknowns,
+            [&](int direction) {
+                for (const auto& [output, first] : places)
+                    for (int i = 0; i < variable(*output).count(); ++i)
+                        changes.at(output->slot)(place(*output, i), direction) =
+                            unknowns[first + static_cast<std::size_t>(i)];
+            });
+    }
+    bool directional_derivative_of_rates(Now at, Changes& changes) const override {
+        Values unknowns(description_.version, Type::float64);
+        for (const auto& rate : description_.derivatives)
+            unknowns.add(description_.variables[static_cast<std::size_t>(rate.variable)]);
+        return differentiate(
+            at, changes, [](const Port&) { return true; }, unknowns,
+            [&](int direction) {
+                for (std::size_t i = 0; i < unknowns.size(); ++i)
+                    changes.rate(states)(static_cast<Eigen::Index>(i), direction) = unknowns[i];
+            });
+    }
+
   private:
     enum { fixed, tunable, continuous, discrete, early_continuous, early_discrete, outputs }; ///< transfers
 
@@ -123,6 +156,54 @@ class ModelExchange final : public FmuBlock {
                 names.push_back(v.count() == 1 ? name : name + "[" + std::to_string(i + 1) + "]");
         }
         return names;
+    }
+
+    const Variable& variable(const Port& port) const {
+        return description_.variables[static_cast<std::size_t>(port.variable)];
+    }
+    int place(const Port& port, int i) const {
+        return column_by_column(i, variable(port).rows(), variable(port).cols());
+    }
+    /// Directions are numbers of 64 bits.
+    bool is_differentiable(const Port& port) const {
+        return description_.version == 2 || variable(port).type == Type::float64;
+    }
+    /// Asks the FMU along one direction after the other; `take` finds in `unknowns` what it gave.
+    template <class Wanted, class Take>
+    bool differentiate(Now at, const Changes& changes, Wanted&& is_wanted, Values& unknowns,
+                       Take&& take) const {
+        Running& its = at[running_];
+        if (!description_.model_exchange->has_derivatives || !its.instance) return false;
+        Values knowns(description_.version, Type::float64);
+        std::vector<std::tuple<const Eigen::MatrixXd*, int, std::size_t>> from; // row, and place in `knowns`
+        const auto add = [&](const Variable& v, const Eigen::MatrixXd& change, auto&& row) {
+            const std::size_t first = knowns.add(v);
+            for (int i = 0; i < v.count(); ++i)
+                from.emplace_back(&change, row(i), first + static_cast<std::size_t>(i));
+        };
+        for (const auto& input : inputs_) {
+            const auto& change = changes.at(input.slot);
+            if (!input.is_continuous || !is_wanted(input) || change.size() == 0) continue;
+            if (!is_differentiable(input)) return false;
+            add(variable(input), change, [&](int i) { return place(input, i); });
+        }
+        int row = 0;
+        for (const auto& rate : description_.derivatives) {
+            const auto& v = description_.variables[static_cast<std::size_t>(rate.variable)];
+            if (v.derivative_of < 0) return false; // of which state is not said
+            if (changes.moves(states))
+                add(description_.variables[static_cast<std::size_t>(v.derivative_of)], changes[states],
+                    [&](int i) { return row + i; });
+            row += v.count();
+        }
+        if (!show(its, at)) throw std::runtime_error(its.instance->failure());
+        for (int direction = 0; direction < changes.directions(); ++direction) {
+            for (const auto& [change, i, to] : from) knowns.set(to, (*change)(i, direction));
+            if (unknowns.size() > 0 && !its.instance->differentiate(knowns, unknowns))
+                throw std::runtime_error(its.instance->failure());
+            take(direction);
+        }
+        return true;
     }
 
     bool write(Running& its, Now at, int transfer) const noexcept {

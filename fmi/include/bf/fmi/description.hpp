@@ -80,6 +80,7 @@ struct Unknown {
 struct Interface {
     std::string identifier; ///< of its library: a C name
     bool has_state = false, can_serialize = false;
+    bool has_derivatives = false, has_adjoint = false; ///< directional ones; and those of FMI 3.0
     bool takes_any_step = false, has_event_mode = false, returns_early = false; ///< of co-simulation
     std::optional<double> internal_step = {};                                   ///< s, of co-simulation
     bool needs_completed_step = true;                                           ///< of model exchange

@@ -133,6 +133,10 @@ class Instance {
     virtual bool handle_event(Event& event) noexcept = 0;
     virtual bool enter_continuous_time() noexcept = 0;
 
+    /// How much `change` changes along the direction that `along` holds, at this instant; both are of
+    /// Float64 or Real. It is no part of a step. Where the FMU has no derivatives it must not be called.
+    virtual bool differentiate(const Values& along, Values& change) noexcept = 0;
+
     /// The state as bytes, with which an instance of the same FMU goes on.
     virtual bool save(std::vector<std::uint8_t>& bytes) noexcept = 0;
     /// `state`: in which mode they were saved.
@@ -181,6 +185,7 @@ class LocalInstance final : public Instance {
     bool enter_event_mode() noexcept override;
     bool handle_event(Event& event) noexcept override;
     bool enter_continuous_time() noexcept override;
+    bool differentiate(const Values& along, Values& change) noexcept override;
     bool save(std::vector<std::uint8_t>& bytes) noexcept override;
     bool restore(const std::vector<std::uint8_t>& bytes, State state) noexcept override;
     State state() const noexcept override { return order_.state(); }

@@ -1,7 +1,6 @@
 #include "differential.hpp"
 
 #include "bf/core/changes.hpp"
-#include "formulas.hpp"
 #include "named.hpp"
 
 #include <Eigen/LU>
@@ -35,14 +34,17 @@ void Slopes::clear() {
     values.resize(values.rows(), 0);
 }
 
-void Slopes::assign(const Eigen::Ref<const Matrix>& all, const std::vector<int>* numbers) {
+void Slopes::assign(Matrix all, const std::vector<int>* numbers) {
     std::vector<int> kept;
-    for (int c = 0; c < all.cols(); ++c)
-        if ((all.col(c).array() != 0).any()) kept.push_back(c);
-    values.resize(all.rows(), static_cast<Eigen::Index>(kept.size()));
-    for (std::size_t c = 0; c < kept.size(); ++c) values.col(static_cast<Eigen::Index>(c)) = all.col(kept[c]);
-    if (numbers)
-        for (int& c : kept) c = (*numbers)[static_cast<std::size_t>(c)];
+    for (int c = 0; c < all.cols(); ++c) {
+        if (!(all.col(c).array() != 0).any()) continue;
+        const auto to = static_cast<Eigen::Index>(kept.size());
+        if (to < c) all.col(to) = all.col(c);
+        kept.push_back(numbers ? (*numbers)[static_cast<std::size_t>(c)] : c);
+    }
+    if (const auto count = static_cast<Eigen::Index>(kept.size()); count < all.cols())
+        all.conservativeResize(Eigen::NoChange, count);
+    values = std::move(all);
     seeds = std::move(kept);
 }
 
@@ -146,7 +148,7 @@ void Differential::fail(int node, const std::string& why) const {
 void Differential::outputs(const Runs& runs) {
     for (const auto& [end, change] : changes_) {
         const auto& node = d_.nodes[static_cast<std::size_t>(end.first)];
-        const bool is_computed = node.rate != constant_rate && is_active(node.condition) &&
+        const bool is_computed = node.rate != constant_rate && is_active(node.condition) && runs(end.first) &&
                                  !node.block->declaration().traits.is_root_input &&
                                  !devices_.contains(end.first);
         if (!is_computed) this->change(end.first, end.second);
@@ -176,7 +178,7 @@ void Differential::run(const Activity& activity, Phase phase, const Runs& runs) 
         if (loop.kind == Loop::Kind::algebraic)
             solve(loop, runs);
         else
-            iterate(loop);
+            iterate(loop, runs);
         return;
     }
     const int node = activity.node;
@@ -232,9 +234,9 @@ void Differential::solve(const Loop& loop, const Runs& runs) {
             }
 }
 
-void Differential::iterate(const Loop& loop) {
+void Differential::iterate(const Loop& loop, const Runs& runs) {
     for (const int node : loop.nodes)
-        for (std::size_t s = 0; s < slots_of(d_, node).size(); ++s) {
+        for (std::size_t s = 0; runs(node) && s < slots_of(d_, node).size(); ++s) {
             const auto& its = place({node, static_cast<int>(s)});
             if (its.first >= 0 && !slopes(its.first).is_zero())
                 throw RunError(loop.path +
@@ -322,15 +324,15 @@ void Differential::activity(int node, Phase phase, int index) {
                 if (const auto& its = place({node, static_cast<int>(s)});
                     its.first >= 0 && !slopes(its.first).is_zero())
                     flows_.emplace(sources[s].node, sources[s].slot, node);
-    const NamedKernel<Dual>* kernel = nullptr;
+    DualKernel kernel;
     if (rule && !by_differences_) {
-        const auto [known, is_new] = kernels_.emplace(rule->kernel, nullptr);
+        const auto [known, is_new] = kernels_.try_emplace(rule->kernel);
         if (is_new) known->second = dual_kernel(rule->kernel);
         kernel = known->second;
     }
-    if (kernel)
-        this->rule(node, phase, *rule, *kernel);
-    else if (rule || phase == Phase::update || by_differences_ || !declared(node, phase, index))
+    if (kernel.kernel)
+        this->rule(node, phase, *rule, kernel);
+    else if (rule || by_differences_ || !declared(node, phase, index))
         by_differences(node, phase, index);
     // One rule may change what another one wrote: each is differentiated at the values that it found.
     const bool has_more =
@@ -345,198 +347,97 @@ const Task& Differential::task(int node, Phase phase, int index) {
     return found->second;
 }
 
-Matrix Differential::read(const std::vector<Part>& from, std::vector<int>& seeds) const {
-    int elements = 0;
+/// Of each part its columns among the seeds by which any of them moves.
+std::vector<Moving> Differential::moving(const std::vector<Part>& from, std::vector<int>& seeds) const {
     for (const auto& part : from) {
-        elements += part.count;
         const auto& more = slopes(part.slopes).seeds;
         std::vector<int> both;
         std::set_union(seeds.begin(), seeds.end(), more.begin(), more.end(), std::back_inserter(both));
         seeds = std::move(both);
     }
-    Matrix read = Matrix::Zero(elements, static_cast<Eigen::Index>(seeds.size()));
-    int i = 0;
+    std::vector<Moving> all;
     for (const auto& part : from) {
         const auto& its = slopes(part.slopes);
-        std::size_t column = 0;
-        for (std::size_t c = 0; c < its.seeds.size(); ++c) {
-            while (seeds[column] != its.seeds[c]) ++column;
-            read.block(i, static_cast<Eigen::Index>(column), part.count, 1) =
-                its.values.col(static_cast<Eigen::Index>(c));
+        auto& columns = all.emplace_back(Moving{&its.values, {}}).columns;
+        Eigen::Index column = 0;
+        for (const int seed : its.seeds) {
+            while (seeds[static_cast<std::size_t>(column)] != seed) ++column;
+            columns.push_back(column);
         }
-        i += part.count;
     }
-    return read;
+    return all;
 }
 
-/// Slopes of what is written from those of what is read. `differentiate` gives the derivatives along
-/// directions in all elements that are read: along each of them, or along each seed, whichever are less.
+/// Slopes of what is written from those of what is read: by what `structured` knows of it, or else as
+/// `differentiate` gives the derivatives along directions in all elements that are read: along each of them,
+/// or along each seed, whichever are less.
 bool Differential::write(int node, const std::vector<Part>& from, const std::vector<Part>& to,
-                         const Differentiate& differentiate) {
-    std::vector<int> seeds;
-    const Matrix read = this->read(from, seeds);
-    int results = 0;
+                         const Differentiate& differentiate, const Structured& structured) {
+    Eigen::Index results = 0, elements = 0;
     for (const auto& part : to) results += part.count;
+    for (const auto& part : from) elements += part.count;
     if (results == 0) return true;
-    const bool by_elements = read.rows() < read.cols();
-    const Matrix unit = by_elements ? Matrix::Identity(read.rows(), read.rows()) : Matrix();
-    const Matrix& directions = by_elements ? unit : read;
-    Matrix along = Matrix::Zero(results, directions.cols());
-    if (!differentiate(directions, along)) return false;
-    if (!along.allFinite())
-        fail(node, "its derivative is not finite at this operating point (as that of a root at 0); choose "
-                   "another one");
-    int i = 0;
+    std::vector<int> seeds;
+    const auto moving = this->moving(from, seeds);
+    const auto count = static_cast<Eigen::Index>(seeds.size());
+    const auto check = [&](const Matrix& slopes) {
+        if (!slopes.allFinite())
+            fail(node,
+                 "its derivative is not finite at this operating point (as that of a root at 0); choose "
+                 "another one");
+    };
+    Matrix along = Matrix::Zero(results, count);
+    if (!structured || !structured(moving, along)) {
+        Matrix read = Matrix::Zero(elements, count);
+        Eigen::Index i = 0;
+        for (const auto& [values, columns] : moving) {
+            for (std::size_t c = 0; c < columns.size(); ++c)
+                read.col(columns[c]).segment(i, values->rows()) = values->col(static_cast<Eigen::Index>(c));
+            i += values->rows();
+        }
+        if (elements < count) {
+            Matrix by_elements = Matrix::Zero(results, elements);
+            if (!differentiate(Matrix::Identity(elements, elements), by_elements)) return false;
+            check(by_elements);
+            along.noalias() = by_elements * read;
+        } else if (!differentiate(read, along))
+            return false;
+    }
+    check(along);
+    if (to.size() == 1 && is_real(to[0].type)) {
+        slopes(to[0].slopes).assign(std::move(along), &seeds);
+        return true;
+    }
+    Eigen::Index i = 0;
     for (const auto& part : to) {
-        if (!is_real(part.type))
-            slopes(part.slopes).clear();
-        else if (by_elements)
-            slopes(part.slopes).assign(along.middleRows(i, part.count) * read, &seeds);
-        else
+        if (is_real(part.type))
             slopes(part.slopes).assign(along.middleRows(i, part.count), &seeds);
+        else
+            slopes(part.slopes).clear();
         i += part.count;
     }
     return true;
 }
 
-void Differential::rule(int node, Phase phase, const Call& call, const NamedKernel<Dual>& kernel) {
-    const Frame& frame = context_.frame(node);
-    const auto& slots = slots_of(d_, node);
-    struct Operand {
-        std::vector<Dual> numbers;
-        int from = -1; ///< where it begins among what is read
-    };
-    std::vector<Part> read, written;
-    std::vector<Operand> operands(call.operands.size());
-    std::vector<kernels::View<Dual>> views, list;
-    std::vector<std::size_t> results;
-    int inputs = 0;
-    for (std::size_t k = 0; k < call.operands.size(); ++k) {
-        const auto& reference = call.operands[k];
-        auto& operand = operands[k];
-        const auto slot = static_cast<std::size_t>(std::max(reference.slot, 0));
-        Size size;
-        const void* data = nullptr;
-        Type type = Type::float64;
-        switch (reference.source) {
-        case Call::Source::slot: data = frame.now[slot]; break;
-        case Call::Source::next: data = frame.next[slot]; break;
-        case Call::Source::rate: data = frame.rate[slot]; break;
-        case Call::Source::time: data = &frame.clock->time; break;
-        case Call::Source::period: data = &frame.clock->period; break;
-        case Call::Source::trigger: data = &frame.clock->trigger; break;
-        case Call::Source::constants:
-            data = reference.constants->data();
-            size.rows = static_cast<int>(reference.constants->size());
-            break;
-        }
-        if (reference.slot >= 0) {
-            size = slots[slot].size;
-            type = slots[slot].type;
-        }
-        const bool is_written = this->is_written(node, phase, reference);
-        // A workspace that a rule reads and writes is one memory.
-        auto* same = &operand;
-        for (std::size_t before = 0; is_written && before < k; ++before)
-            if (call.operands[before].slot == reference.slot &&
-                call.operands[before].source == reference.source && call.operands[before].is_written)
-                same = &operands[before];
-        if (same == &operand)
-            for (int e = 0; e < size.count(); ++e) operand.numbers.emplace_back(read_value(data, type, e));
-        const bool is_listed = call.list_from >= 0 && static_cast<int>(k) >= call.list_from &&
-                               static_cast<int>(k) < call.list_from + call.list_size;
-        (is_listed ? list : views).emplace_back(same->numbers.data(), size.rows, size.cols);
-        if (same != &operand) continue;
-        const Node::End end{node, reference.slot};
-        if (is_written) {
-            const auto& its = places_[static_cast<std::size_t>(node)][slot];
-            const int of = reference.source == Call::Source::next   ? its.next
-                           : reference.source == Call::Source::rate ? its.rate
-                                                                    : its.own;
-            if (of >= 0) {
-                written.push_back({of, nullptr, type, its.count});
-                results.push_back(k);
-            }
-        }
-        if (reference.source != Call::Source::slot) continue;
-        const auto& its = place(end);
-        const int of = read_by(node, reference.slot);
-        if (of < 0 || !its.is_real || slopes(of).is_zero()) continue;
-        // What a rule writes it reads only where rules share a workspace.
-        if (is_written && slots[slot].role != Role::workspace) continue;
-        operand.from = inputs;
-        inputs += its.count;
-        read.push_back({of, nullptr, type, its.count});
-    }
-    if (read.empty()) {
-        for (const auto& part : written) slopes(part.slopes).clear();
-        return;
-    }
-    const auto values = operands;
-    const auto run = [&] {
-        Dual::is_at_corner = false;
-        if (!kernel.run(views.data(), {list.data(), static_cast<int>(list.size())}))
-            fail(node,
-                 "it fails at this operating point, so that it has no derivative there; choose another one");
-        if (Dual::is_at_corner) kinks_.insert(node);
-    };
-    /// f(its number, its row) of all elements of what is read, or written.
-    const auto for_each_read = [&](auto&& f) {
-        for (auto& operand : operands)
-            for (std::size_t e = 0; operand.from >= 0 && e < operand.numbers.size(); ++e)
-                f(operand.numbers[e], operand.from + static_cast<Eigen::Index>(e));
-    };
-    const auto for_each_result = [&](auto&& f) {
-        Eigen::Index row = 0;
-        for (const std::size_t k : results)
-            for (const auto& number : operands[k].numbers) f(number, row++);
-    };
-    write(node, read, written, [&](const Matrix& directions, Matrix& slopes) {
-        std::vector<RuleOperand> whole;
-        for (std::size_t k = 0; list.empty() && k < views.size(); ++k)
-            whole.push_back({views[k], operands[k].from});
-        if (by_formula(call.kernel, whole, directions, slopes)) return true;
-        if (call.is_move) { // the kernel itself tells from where each result is
-            for_each_read(
-                [](Dual& number, Eigen::Index row) { number.slope = {static_cast<double>(row + 1)}; });
-            run();
-            for_each_result([&](const Dual& number, Eigen::Index row) {
-                if (number.slope[0] != 0)
-                    slopes.row(row) = directions.row(static_cast<Eigen::Index>(number.slope[0]) - 1);
-            });
-            return true;
-        }
-        for (Eigen::Index first = 0; first < directions.cols(); first += Dual::directions) {
-            const auto count = std::min<Eigen::Index>(Dual::directions, directions.cols() - first);
-            for (const std::size_t k : results) operands[k].numbers = values[k].numbers;
-            for_each_read([&](Dual& number, Eigen::Index row) {
-                for (Eigen::Index c = 0; c < Dual::directions; ++c)
-                    number.slope[static_cast<std::size_t>(c)] = c < count ? directions(row, first + c) : 0;
-            });
-            run();
-            for_each_result([&](const Dual& number, Eigen::Index row) {
-                for (Eigen::Index c = 0; c < count; ++c) {
-                    const double slope = number.slope[static_cast<std::size_t>(c)];
-                    slopes(row, first + c) = slope != 0 && std::isnan(number.value) ? number.value : slope;
-                }
-            });
-        }
-        return true;
-    });
-}
-
-/// By what the block says of its method `output` or `derivative`.
+/// By what the block says of its methods.
 bool Differential::declared(int node, Phase phase, int index) {
     const auto* block =
         dynamic_cast<const Differentiable*>(d_.nodes[static_cast<std::size_t>(node)].block.get());
     if (!block) return false;
     const auto from = reads(node, phase, index), to = writes(node, phase, index);
     if (from.empty()) return false;
-    const auto is_target = [&](Role role) {
-        return role == (phase == Phase::output ? Role::output : Role::continuous_state);
+    const auto is_result = [&](int slot) {
+        const auto& its = places_[static_cast<std::size_t>(node)][static_cast<std::size_t>(slot)];
+        switch (phase) {
+        case Phase::output: return d_.slot({node, slot}).role == Role::output && its.own >= 0;
+        case Phase::update: return d_.slot({node, slot}).role == Role::discrete_state && its.own >= 0;
+        default: return d_.slot({node, slot}).role == Role::continuous_state;
+        }
     };
     const auto result = [&](Changes& changes, int slot) -> Matrix& {
-        return phase == Phase::output ? changes.at(slot) : changes.rate_at(slot);
+        return phase == Phase::output   ? changes.at(slot)
+               : phase == Phase::update ? changes.next_at(slot)
+                                        : changes.rate_at(slot);
     };
     return write(node, from, to, [&](const Matrix& directions, Matrix& slopes) {
         const auto count = static_cast<int>(slots_of(d_, node).size());
@@ -544,7 +445,7 @@ bool Differential::declared(int node, Phase phase, int index) {
         for (int s = 0; s < count; ++s) {
             const auto& its = place({node, s});
             const Role role = d_.slot({node, s}).role;
-            if (is_target(role)) result(changes, s) = Matrix::Zero(its.count, directions.cols());
+            if (is_result(s)) result(changes, s) = Matrix::Zero(its.count, directions.cols());
             if (role != Role::input && !is_state(role)) continue;
             int row = 0;
             for (const auto& part : from) {
@@ -552,18 +453,19 @@ bool Differential::declared(int node, Phase phase, int index) {
                 row += part.count;
             }
         }
-        const Now at(context_.frame(node));
-        if (!(phase == Phase::output ? block->directional_derivative(at, changes)
-                                     : block->directional_derivative_of_rates(at, changes)))
+        const Now now(context_.frame(node));
+        if (!(phase == Phase::output   ? block->directional_derivative(now, changes)
+              : phase == Phase::update ? block->directional_derivative_of_update(now, changes)
+                                       : block->directional_derivative_of_rates(now, changes)))
             return false;
         if (changes.has_corner()) kinks_.insert(node);
         int i = 0;
-        for (int s = 0; s < count; ++s)
-            if (const auto& its = places_[static_cast<std::size_t>(node)][static_cast<std::size_t>(s)];
-                is_target(d_.slot({node, s}).role) && (phase != Phase::output || its.own >= 0)) {
-                slopes.middleRows(i, its.count) = result(changes, s);
-                i += its.count;
-            }
+        for (int s = 0; s < count; ++s) {
+            if (!is_result(s)) continue;
+            const int elements = place({node, s}).count;
+            slopes.middleRows(i, elements) = result(changes, s);
+            i += elements;
+        }
         return true;
     });
 }

@@ -4,6 +4,7 @@
 #include "bf/analysis/linear_system.hpp"
 #include "bf/engine/simulation.hpp"
 #include "dual_kernels.hpp"
+#include "formulas.hpp"
 
 #include <functional>
 #include <map>
@@ -23,7 +24,7 @@ struct Slopes {
     bool is_zero() const { return seeds.empty(); }
     void clear();
     /// From all columns, of which those of zeros are left out; `numbers`: the seeds that they are, or null.
-    void assign(const Eigen::Ref<const Matrix>& all, const std::vector<int>* numbers = nullptr);
+    void assign(Matrix all, const std::vector<int>* numbers = nullptr);
     Matrix spread(int elements, int columns) const; ///< to all columns
 };
 
@@ -85,20 +86,20 @@ class Differential {
     void run(const Activity& activity, Phase phase, const Runs& runs);
     void change(int node, int slot);
     void solve(const Loop& loop, const Runs& runs);
-    void iterate(const Loop& loop);
+    void iterate(const Loop& loop, const Runs& runs);
     bool is_written(int node, Phase phase, const Call::Reference& operand) const;
     void activity(int node, Phase phase, int index);
-    void rule(int node, Phase phase, const Call& call, const NamedKernel<Dual>& kernel);
+    void rule(int node, Phase phase, const Call& call, const DualKernel& kernel);
     bool declared(int node, Phase phase, int index);
     void by_differences(int node, Phase phase, int index);
     template <class Evaluate>
     void bend(int node, const Vector& direction, double step, double precision, const Vector& here,
               const Vector& above, const Vector& below, Evaluate&& evaluate, Vector& slopes);
-    /// The seeds by which any of the parts moves, and by how much: elements × seeds.
-    Matrix read(const std::vector<Part>& from, std::vector<int>& seeds) const;
+    std::vector<Moving> moving(const std::vector<Part>& from, std::vector<int>& seeds) const;
     using Differentiate = std::function<bool(const Matrix& directions, Matrix& slopes)>;
+    using Structured = std::function<bool(const std::vector<Moving>& moving, Matrix& slopes)>;
     bool write(int node, const std::vector<Part>& from, const std::vector<Part>& to,
-               const Differentiate& differentiate);
+               const Differentiate& differentiate, const Structured& structured = {});
     std::vector<Part> reads(int node, Phase phase, int index) const;
     std::vector<Part> writes(int node, Phase phase, int index) const;
     const Task& task(int node, Phase phase, int index);
@@ -117,7 +118,7 @@ class Differential {
     std::set<int> differenced_, kinks_;
     std::set<int> devices_;
     std::map<std::tuple<int, Phase, int>, Task> tasks_;
-    std::map<std::string_view, const NamedKernel<Dual>*> kernels_;
+    std::map<std::string_view, DualKernel> kernels_;
 };
 
 } // namespace bf::analysis

@@ -143,7 +143,7 @@ int DualRun::bind(int node, Phase phase, int index) {
     const auto& rules = its.block->declaration().rules(phase);
     const Call* call =
         index < static_cast<int>(rules.size()) ? &rules[static_cast<std::size_t>(index)] : nullptr;
-    const auto* kernel = call ? dual_kernel(call->kernel) : nullptr;
+    const auto* kernel = call ? dual_kernel(call->kernel).kernel : nullptr;
     if (!kernel)
         refuse(its.path,
                "its derivative is not known step by step, as that of rules is; gradients of runs go "

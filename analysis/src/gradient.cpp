@@ -74,7 +74,8 @@ Gradient gradient(const Simulation& run, const GradientOptions& options) {
     const auto steps = static_cast<std::int64_t>(std::llround(options.duration / d.step));
     constexpr auto lanes = static_cast<std::size_t>(Dual::directions);
     DualRun dual(run);
-    Gradient result{.at = Vector(static_cast<Eigen::Index>(by.size())),
+    Gradient result{.names = {},
+                    .at = Vector(static_cast<Eigen::Index>(by.size())),
                     .slopes = Vector(static_cast<Eigen::Index>(by.size()))};
     for (const auto& place : by) result.names.push_back(place.name);
     Dual::is_at_corner = false;

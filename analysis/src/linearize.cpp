@@ -14,6 +14,7 @@
 #include <functional>
 #include <map>
 #include <numeric>
+#include <optional>
 #include <set>
 #include <unsupported/Eigen/MatrixFunctions>
 
@@ -54,8 +55,9 @@ class Linearization {
                     throw RunError("'" + channel.name +
                                    "' is a state, to which nothing is added and which nobody reads as "
                                    "a signal; name an output of its block, or what it follows from");
+        if (!keeps_all()) find_between();
         for (int n = 0; n < static_cast<int>(d_.nodes.size()); ++n)
-            for (int s = 0; s < static_cast<int>(slots(n).size()); ++s)
+            for (int s = 0; is_between(n) && s < static_cast<int>(slots(n).size()); ++s)
                 if (is_state(slot({n, s}).role) && is_real({n, s})) states_.push_back(whole({n, s}));
     }
 
@@ -66,7 +68,7 @@ class Linearization {
         const int all = size(states_);
         Differential whole(run_, all + size(from_), options_.by_differences);
         seed(whole, all);
-        const auto every = [this](int node) { return rate(node).trigger == 0; };
+        const auto every = [this](int node) { return rate(node).trigger == 0 && is_between(node); };
         whole.outputs(every);
         whole.updates(every);
         whole.derivatives(every);
@@ -240,6 +242,33 @@ class Linearization {
 
     // ---- what lies on a path from an input to an output
 
+    /// Those nodes that wires lead to from an input, and from to an output: others are of no account,
+    /// whatever their derivatives.
+    void find_between() {
+        std::vector<std::vector<std::pair<int, int>>> readers(d_.nodes.size()); // by node: slot, reader
+        std::set<int> begin, end;
+        for (int n = 0; n < static_cast<int>(d_.nodes.size()); ++n)
+            for (const auto& source : d_.nodes[static_cast<std::size_t>(n)].sources) {
+                if (source.node < 0) continue;
+                readers[static_cast<std::size_t>(source.node)].emplace_back(source.slot, n);
+                for (const auto& channel : from_)
+                    if (channel.end.node == source.node && channel.end.slot == source.slot) begin.insert(n);
+            }
+        for (const auto& channel : to_) end.insert(channel.end.node);
+        const auto driven = reached(std::move(begin), [&](int node, auto&& go) {
+            for (const auto& [slot, reader] : readers[static_cast<std::size_t>(node)])
+                if (!is_cut({node, slot})) go(reader);
+        });
+        const auto seen = reached(std::move(end), [&](int node, auto&& go) {
+            for (const auto& source : d_.nodes[static_cast<std::size_t>(node)].sources)
+                if (source.node >= 0 && !is_cut(source)) go(source.node);
+        });
+        between_.emplace();
+        std::set_intersection(driven.begin(), driven.end(), seen.begin(), seen.end(),
+                              std::inserter(*between_, between_->end()));
+    }
+    bool is_between(int node) const { return !between_ || between_->contains(node); }
+
     void find_paths(const Matrix& next, const Matrix& y, Differential& whole) {
         const int all = size(states_);
         std::vector<int> nodes;
@@ -278,7 +307,7 @@ class Linearization {
         }
         // In a ring of samples, what is written in this step is seen in a later one.
         for (const int node : driven_nodes)
-            if (seen_nodes.contains(node) && !options_.at_once) check_counters(node);
+            if (!options_.at_once) check_counters(node, seen_nodes.contains(node));
         if (keeps_all())
             for (const int i : kept_) ends.insert(nodes[static_cast<std::size_t>(i)]);
         // Blocks without states are on a path where they change with the inputs and somebody on it reads
@@ -323,8 +352,10 @@ class Linearization {
     }
 
     /// A state that is no real number and changes with each step makes another linear system of each step.
-    void check_counters(int node) {
-        if (rate(node).trigger > 0) return;
+    /// Where nothing that the node holds is seen yet, samples may be on their way, and are counted; what is
+    /// on or off there may change once, as in a first step.
+    void check_counters(int node, bool is_seen) {
+        if (rate(node).trigger > 0 || !(is_seen || (between_ && is_between(node)))) return;
         const Frame& frame = context_.frame(node);
         for (int s = 0; s < static_cast<int>(slots(node).size()); ++s)
             if (const Slot& its = slot({node, s}); its.role == Role::discrete_state)
@@ -335,6 +366,7 @@ class Linearization {
         for (int s = 0; s < static_cast<int>(slots(node).size()); ++s) {
             const Slot& its = slot({node, s});
             if (its.role != Role::discrete_state || is_real({node, s})) continue;
+            if (its.type == Type::boolean && !is_seen) continue;
             for (int e = 0; e < its.size.count(); ++e)
                 if (read_value(frame.now[s], its.type, e) != read_value(frame.next[s], its.type, e))
                     throw RunError(
@@ -398,7 +430,7 @@ class Linearization {
             put(map, x);
             const auto runs = [&](int node) {
                 const auto& r = rate(node);
-                return r.trigger == 0 && (r.is_continuous || k % r.ticks == 0);
+                return r.trigger == 0 && (r.is_continuous || k % r.ticks == 0) && is_between(node);
             };
             map.outputs(runs);
             if (k == 0) {
@@ -499,7 +531,7 @@ class Linearization {
         for (int c = 0; c < n; ++c) x(continuous[static_cast<std::size_t>(c)], c) = 1;
         put(part, x);
         add_inputs(part, n);
-        const auto runs = [this](int node) { return rate(node).is_continuous; };
+        const auto runs = [this](int node) { return rate(node).is_continuous && is_between(node); };
         part.outputs(runs);
         part.derivatives(runs);
         const Matrix next = advanced(part);
@@ -584,9 +616,10 @@ class Linearization {
     const LinearizeOptions& options_;
     const SignalFinder finder_;
     std::vector<Channel> from_, to_, open_, states_;
-    std::vector<int> kept_; ///< elements of all states that the result has
-    std::set<int> on_path_; ///< nodes
-    std::set<int> sampled_; ///< rates
+    std::optional<std::set<int>> between_; ///< nodes; none: all of them
+    std::vector<int> kept_;                ///< elements of all states that the result has
+    std::set<int> on_path_;                ///< nodes
+    std::set<int> sampled_;                ///< rates
     bool has_continuous_ = false, has_memory_ = false, holds_a_loop_ = false;
     LinearSystem system_;
 };

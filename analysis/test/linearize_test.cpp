@@ -491,4 +491,47 @@ connections: {u: past, past: y}
               "or a block that does without, as a Delay instead of a ring of samples");
 }
 
+TEST(Linearize, RefusesSamplesThatAreOnTheirWayBeforeTheyArrive) {
+    const std::string text = "model: m\nstep: 0.1\nsolver: rk4\ninputs: [r]\noutputs: [y]\nblocks:\n"
+                             "  e: {block: Sum, signs: +-}\n  past: {block: TransportDelay, delay: 0.5}\n"
+                             "  g: {block: TransferFunction, numerator: 1, denominator: [1 1]}\n"
+                             "connections: {r: e.u1, e: past, past: g, g: [e.u2, y]}\n";
+    for (const double time : {0.1, 0.3, 0.7})
+        EXPECT_EQ(refusal(text, {.from = {"e"}, .to = {"e"}, .open = {"e"}}, time)
+                      .find("past: its state 'count' changes in this step"),
+                  0u)
+            << time;
+}
+
+TEST(Linearize, DoesNotLookAtWhatIsOnNoPathFromInputToOutput) {
+    // Aside stand a subsystem that iterates, which has no derivative, and a block that has none at 0.
+    const std::string text = R"m(
+model: m
+step: 0.1
+solver: rk4
+inputs: [u]
+outputs: [y, s, r]
+blocks:
+  g: {block: TransferFunction, numerator: 2, denominator: [1 3]}
+  lo:
+    execution: for
+    iterations: 2
+    inputs: [a]
+    outputs: [b]
+    blocks: {sum: {block: Sum, signs: ++}, z: {block: UnitDelay}}
+    connections: {a: sum.u1, z: sum.u2, sum: [z, b]}
+  root: {block: Sqrt}
+  k: {block: Gain, K: 4}
+connections: {u: [g, lo, root], g: y, lo: k, k: s, root: r}
+)m";
+    const auto system = linear(text, {.to = {"y"}});
+    ASSERT_EQ(system.A.rows(), 1);
+    EXPECT_DOUBLE_EQ(system.A(0, 0), -3);
+    EXPECT_DOUBLE_EQ(system.C(0, 0) * system.B(0, 0), 2);
+    EXPECT_EQ(refusal(text, {.to = {"s"}}).find("lo: an iterating subsystem is not linearised"), 0u);
+    EXPECT_EQ(refusal(text, {.to = {"r"}}).find("root: its derivative is not finite"), 0u);
+    // A cut ends the path.
+    EXPECT_EQ(linear(text, {.to = {"s"}, .open = {"lo"}}).D(0, 0), 0);
+}
+
 } // namespace bf::analysis::test

@@ -14,7 +14,8 @@ namespace bf {
 class Changes {
   public:
     Changes(int slots, int directions)
-        : changes_(static_cast<std::size_t>(slots)), rates_(changes_.size()), directions_(directions) {}
+        : changes_(static_cast<std::size_t>(slots)), rates_(changes_.size()), next_(changes_.size()),
+          directions_(directions) {}
 
     int directions() const { return directions_; }
     /// Does it change along any of the directions? Only inputs with feedthrough and states do.
@@ -37,6 +38,10 @@ class Changes {
     template <class T> Eigen::MatrixXd& rate(const Key<T, Role::continuous_state>& key) {
         return rate_at(key.index());
     }
+    /// Of the next value of a discrete state, to be filled: zeros at first.
+    template <class T> Eigen::MatrixXd& next(const Key<T, Role::discrete_state>& key) {
+        return next_at(key.index());
+    }
     /// The derivative is that of one side, as there is a jump or corner right here.
     void meets_corner() { has_corner_ = true; }
     bool has_corner() const { return has_corner_; }
@@ -44,23 +49,26 @@ class Changes {
     Eigen::MatrixXd& at(int slot) { return changes_[static_cast<std::size_t>(slot)]; } ///< for engines
     const Eigen::MatrixXd& at(int slot) const { return changes_[static_cast<std::size_t>(slot)]; }
     Eigen::MatrixXd& rate_at(int slot) { return rates_[static_cast<std::size_t>(slot)]; } ///< for engines
+    Eigen::MatrixXd& next_at(int slot) { return next_[static_cast<std::size_t>(slot)]; }  ///< for engines
 
   private:
-    std::vector<Eigen::MatrixXd> changes_, rates_; // by slot; empty: it does not move
+    std::vector<Eigen::MatrixXd> changes_, rates_, next_; // by slot; empty: it does not move
     int directions_;
     bool has_corner_ = false;
 };
 
-/// A block with an exact derivative of its method `output`, or of `derivative`, says so by this base beside
-/// Block: class MyBlock : public Block, public Differentiable. Rules have theirs by themselves; methods that
-/// declare none are differenced. Nothing in a simulation calls it.
+/// A block with exact derivatives of its methods says so by this base beside Block:
+/// class MyBlock : public Block, public Differentiable. Rules have theirs by themselves; methods that declare
+/// none are differenced. Nothing in a simulation calls it: it is no part of a step and may allocate.
 class Differentiable {
   public:
     /// Fills the changes of what `output` writes from those of what it reads, at the values of this instant,
-    /// for which it ran. False: it has none here. It is no part of a step and may allocate.
-    virtual bool directional_derivative(Now at, Changes& changes) const = 0;
+    /// for which it ran. False: it has none here.
+    virtual bool directional_derivative(Now /*at*/, Changes& /*changes*/) const { return false; }
     /// The same of the rates of continuous states that `derivative` writes.
     virtual bool directional_derivative_of_rates(Now /*at*/, Changes& /*changes*/) const { return false; }
+    /// The same of the next values of discrete states that `update` writes; it reads outputs, too.
+    virtual bool directional_derivative_of_update(Now /*at*/, Changes& /*changes*/) const { return false; }
 
   protected:
     ~Differentiable() = default;

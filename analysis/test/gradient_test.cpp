@@ -167,6 +167,21 @@ TEST(Gradient, IsZeroAtTheRegulatorThatRiccatisEquationGivesOfTheLinearisedDiagr
     // Gains of examples/cart_pole, which were computed elsewhere; here F = +K x, as θ falls against F.
     const Eigen::RowVector4d known(9.21319712, 56.31151, 9.69488177, 12.66011936);
     EXPECT_LT((-K - known).cwiseAbs().maxCoeff(), 1e-5) << K;
+    // Near upright, where a run costs just what Riccati's equation has in mind.
+    auto near = balancing_pole;
+    const auto replace = [&](const std::string& from, const std::string& to) {
+        near.replace(near.find(from), from.size(), to);
+    };
+    replace("step: 0.001", "step: 0.01");
+    replace("initial: 0.1", "initial: 0.001");
+    replace("initial: 0.05", "initial: 0.0005");
+    const GradientOptions by_gains{.by = {"K.K"}, .cost = "cost", .duration = 10};
+    const Runs best(near);
+    replace("[9.21319712 56.31151 9.69488177 12.66011936]", "[8 50 9 11]");
+    const Runs worse(near);
+    const auto there = gradient(best.diagram, by_gains), beside = gradient(worse.diagram, by_gains);
+    EXPECT_LT(there.slopes.cwiseAbs().maxCoeff(), 1e-4 * beside.slopes.cwiseAbs().maxCoeff());
+    EXPECT_LT(there.cost, beside.cost);
 }
 
 TEST(Gradient, RefusesByNameWhatIsNotDifferentiated) {

@@ -135,6 +135,17 @@ TEST(FootstepPlanner, SaysWhereNoStepLeadsOn) {
     EXPECT_EQ(run.scalar("feet.blocked"), 0);
 }
 
+TEST(FootstepPlanner, IsNotBlockedBeforeAStepHoweverShort) {
+    // Of 15 mm: the foot that steps first goes from 10 mm on, the other one from 20 mm on.
+    Running run(planned_walk(", max_forward: 0.015"));
+    run.set("command", Vector3(0.1, 0, 0));
+    for (int k = 0; k < 300; ++k) {
+        ASSERT_TRUE(run.step()) << run.simulation.failure();
+        EXPECT_EQ(run.scalar("feet.blocked"), 0) << "in step " << k;
+    }
+    EXPECT_EQ(run.get("feet.step")(6, 0), 4) << "it walks";
+}
+
 TEST(FootstepPlanner, MovesTheFootholdOfTheFootInTheAirAlone) {
     Running run(planned_walk(", freeze: 0.1"));
     run.set("command", Vector3(0.1, 0, 0));

@@ -286,16 +286,17 @@ class FootstepPlanner final : public Block {
     /// Do the feet stand where neither has a step, though the command wants one of them elsewhere?
     bool is_blocked(Now at, const Plan& plan) const {
         if (plan.step.ahead > 0) return false;
-        bool is_wanted = false;
-        const auto goes = [&](const auto& moving, const auto& stance, Side side) {
+        const auto wants = [&](const auto& moving, const auto& stance, Side side) {
             Foothold target;
-            const bool wants = wish(at, stance, side, at[done] + 1, target) && is_away(target, moving, 2);
-            is_wanted |= wants;
-            return wants && next_step(at, moving, stance, side, at[done] + 1, target, 2);
+            return wish(at, stance, side, at[done] + 1, target) && is_away(target, moving, 2);
         };
         const auto first = plan.footholds.col(0), second = plan.footholds.col(1);
-        return !goes(first, second, plan.step.stance) &&
-               !goes(second, first, walking::other(plan.step.stance)) && is_wanted;
+        if (!wants(first, second, plan.step.stance) &&
+            !wants(second, first, walking::other(plan.step.stance)))
+            return false;
+        Plan next = plan;
+        begin(at, next, at[done], true);
+        return next.step.ahead == 0;
     }
     /// The first step from where the feet of the plan stand, or none.
     void begin(Now at, Plan& plan, double landed, bool from_rest) const {

@@ -162,8 +162,9 @@ void add_wrench(const Model::Content& model, StateOf<Number>& d, Frame frame, co
     update_kinematics(model, d);
     const Placement& link = placement(model, frame);
     const Vector3Of<Number> force = f.template head<3>();
+    // About the origin of the base, from which bodies are placed.
     const Vector3Of<Number> moment = f.template tail<3>() + (d.in_world * link).translation.cross(force);
-    const Eigen::Index first = model.base_velocities; // the moment is about the base's origin
+    const Eigen::Index first = model.base_velocities;
     if (first != 0) {
         forces.template head<3>() += force;
         forces.template segment<3>(3) += moment;
@@ -177,7 +178,8 @@ template <class Number, class Base, class Joints, class Out>
 void inverse_dynamics(const Model::Content& model, StateOf<Number>& d, const Base& base_acceleration,
                       const Joints& s_ddot, Out&& tau) {
     bias_forces(model, d, tau);
-    if constexpr (std::is_same_v<Number, double>) // without it M is perhaps never needed
+    // Nothing accelerates: M, which takes longest, is not needed. Accelerations of 0 may still change.
+    if constexpr (std::is_same_v<Number, double>)
         if (base_acceleration.isZero(0.0) && s_ddot.isZero(0.0)) return;
     update_mass(model, d);
     const auto M = d.M.bottomRows(tau.size());

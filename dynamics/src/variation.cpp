@@ -4,6 +4,7 @@
 #include "quantities.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace Eigen {
 
@@ -45,9 +46,8 @@ auto varied(const Values& values, const Eigen::Ref<const Eigen::MatrixXd>& chang
 
 /// One state per four directions, with numbers that have four derivatives.
 struct Variation::Content {
-    explicit Content(const Model& robot) : model(robot.content()), values(robot) {}
+    explicit Content(const Model& model) : values(model) {}
 
-    const Model::Content& model;
     Data values;
     std::vector<StateOf<Number>> states;
     Eigen::Index directions = 0;
@@ -57,10 +57,10 @@ struct Variation::Content {
         for (Eigen::Index first = 0; first < directions; first += Number::directions)
             f(states[static_cast<std::size_t>(first / Number::directions)], first);
     }
-    template <class F> void set(Eigen::Index count, F&& f) {
+    template <class F> void set(const Model& model, Eigen::Index count, F&& f) {
         directions = count;
         while (static_cast<Eigen::Index>(states.size()) * Number::directions < count)
-            states.emplace_back(model);
+            states.emplace_back(model.content());
         for_each(f);
     }
     /// Changes of quantity(state, y), where y has a place for each element.
@@ -86,7 +86,7 @@ void set_state(const Model& model, Variation& variation, const Eigen::Ref<const 
                Eigen::Index directions) {
     auto& v = variation.content();
     set_state(model, v.values, w_H_b, s, nu_base, s_dot);
-    v.set(directions, [&](StateOf<Number>& state, Eigen::Index first) {
+    v.set(model, directions, [&](StateOf<Number>& state, Eigen::Index first) {
         set_base(state, varied(w_H_b, changes.w_H_b, first));
         set_joints(state, varied(s, changes.s, first));
         set_velocities(state, varied(nu_base, changes.nu_base, first), varied(s_dot, changes.s_dot, first));
@@ -98,7 +98,7 @@ void set_position(const Model& model, Variation& variation, const Eigen::Ref<con
                   Eigen::Index directions) {
     auto& v = variation.content();
     set_position(model, v.values, w_H_b, s);
-    v.set(directions, [&](StateOf<Number>& state, Eigen::Index first) {
+    v.set(model, directions, [&](StateOf<Number>& state, Eigen::Index first) {
         set_base(state, varied(w_H_b, changes.w_H_b, first));
         set_joints(state, varied(s, changes.s, first));
     });
@@ -108,120 +108,89 @@ void set_joint_position(const Model& model, Variation& variation, const Eigen::R
                         const StateChanges& changes, Eigen::Index directions) {
     auto& v = variation.content();
     set_joint_position(model, v.values, s);
-    v.set(directions, [&](StateOf<Number>& state, Eigen::Index first) {
+    v.set(model, directions, [&](StateOf<Number>& state, Eigen::Index first) {
         set_joints(state, varied(s, changes.s, first));
     });
 }
 
-void forward_kinematics(const Model&, Variation& variation, Frame frame, MatrixOut changes) {
-    auto& v = variation.content();
-    v.changes_of(MatrixOf<Number>(4, 4), changes,
-                 [&](auto& state, auto& y, Eigen::Index) { forward_kinematics(v.model, state, frame, y); });
+namespace {
+
+/// Changes of quantity(model, state, arguments..., y), where y has that shape.
+template <class Y, class... Arguments>
+void vary(const Model& model, Variation& variation, MatrixOut changes, Y&& shape,
+          void (*quantity)(const Model::Content&, StateOf<Number>&, Arguments..., Y&),
+          Arguments... arguments) {
+    variation.content().changes_of(std::move(shape), changes,
+                                   [&](StateOf<Number>& state, Y& y, Eigen::Index) {
+                                       quantity(model.content(), state, arguments..., y);
+                                   });
 }
 
+using Matrices = MatrixOf<Number>;
+using Vectors = VectorOf<Number>;
+
+} // namespace
+
+void forward_kinematics(const Model& model, Variation& variation, Frame frame, MatrixOut changes) {
+    vary(model, variation, changes, Matrices(4, 4), forward_kinematics<Number, Matrices&>, frame);
+}
 void jacobian(const Model& model, Variation& variation, Frame frame, MatrixOut changes) {
-    auto& v = variation.content();
-    v.changes_of(MatrixOf<Number>(6, model.velocities()), changes,
-                 [&](auto& state, auto& y, Eigen::Index) { jacobian(v.model, state, frame, y); });
+    vary(model, variation, changes, Matrices(6, model.velocities()), jacobian<Number, Matrices&>, frame);
 }
-
-void bias_acceleration(const Model&, Variation& variation, Frame frame, MatrixOut changes) {
-    auto& v = variation.content();
-    v.changes_of(VectorOf<Number>(6), changes,
-                 [&](auto& state, auto& y, Eigen::Index) { bias_acceleration(v.model, state, frame, y); });
+void bias_acceleration(const Model& model, Variation& variation, Frame frame, MatrixOut changes) {
+    vary(model, variation, changes, Vectors(6), bias_acceleration<Number, Vectors&>, frame);
 }
-
-void center_of_mass(const Model&, Variation& variation, MatrixOut changes) {
-    auto& v = variation.content();
-    v.changes_of(VectorOf<Number>(3), changes,
-                 [&](auto& state, auto& y, Eigen::Index) { center_of_mass(v.model, state, y); });
+void center_of_mass(const Model& model, Variation& variation, MatrixOut changes) {
+    vary(model, variation, changes, Vectors(3), center_of_mass<Number, Vectors&>);
 }
-
-void center_of_mass_velocity(const Model&, Variation& variation, MatrixOut changes) {
-    auto& v = variation.content();
-    v.changes_of(VectorOf<Number>(3), changes,
-                 [&](auto& state, auto& y, Eigen::Index) { center_of_mass_velocity(v.model, state, y); });
+void center_of_mass_velocity(const Model& model, Variation& variation, MatrixOut changes) {
+    vary(model, variation, changes, Vectors(3), center_of_mass_velocity<Number, Vectors&>);
 }
-
 void com_jacobian(const Model& model, Variation& variation, MatrixOut changes) {
-    auto& v = variation.content();
-    v.changes_of(MatrixOf<Number>(3, model.velocities()), changes,
-                 [&](auto& state, auto& y, Eigen::Index) { com_jacobian(v.model, state, y); });
+    vary(model, variation, changes, Matrices(3, model.velocities()), com_jacobian<Number, Matrices&>);
 }
-
-void com_bias_acceleration(const Model&, Variation& variation, MatrixOut changes) {
-    auto& v = variation.content();
-    v.changes_of(VectorOf<Number>(3), changes,
-                 [&](auto& state, auto& y, Eigen::Index) { com_bias_acceleration(v.model, state, y); });
+void com_bias_acceleration(const Model& model, Variation& variation, MatrixOut changes) {
+    vary(model, variation, changes, Vectors(3), com_bias_acceleration<Number, Vectors&>);
 }
-
 void mass_matrix(const Model& model, Variation& variation, MatrixOut changes) {
-    auto& v = variation.content();
-    v.changes_of(MatrixOf<Number>(model.velocities(), model.velocities()), changes,
-                 [&](auto& state, auto& y, Eigen::Index) { mass_matrix(v.model, state, y); });
+    vary(model, variation, changes, Matrices(model.velocities(), model.velocities()),
+         mass_matrix<Number, Matrices&>);
 }
-
 void bias_forces(const Model& model, Variation& variation, MatrixOut changes) {
-    auto& v = variation.content();
-    v.changes_of(VectorOf<Number>(model.velocities()), changes,
-                 [&](auto& state, auto& y, Eigen::Index) { bias_forces(v.model, state, y); });
+    vary(model, variation, changes, Vectors(model.velocities()), bias_forces<Number, Vectors&>);
 }
-
 void gravity_forces(const Model& model, Variation& variation, MatrixOut changes) {
-    auto& v = variation.content();
-    v.changes_of(VectorOf<Number>(model.velocities()), changes,
-                 [&](auto& state, auto& y, Eigen::Index) { gravity_forces(v.model, state, y); });
+    vary(model, variation, changes, Vectors(model.velocities()), gravity_forces<Number, Vectors&>);
 }
-
 void coriolis_forces(const Model& model, Variation& variation, MatrixOut changes) {
-    auto& v = variation.content();
-    v.changes_of(VectorOf<Number>(model.velocities()), changes,
-                 [&](auto& state, auto& y, Eigen::Index) { coriolis_forces(v.model, state, y); });
+    vary(model, variation, changes, Vectors(model.velocities()), coriolis_forces<Number, Vectors&>);
 }
-
 void coriolis_matrix(const Model& model, Variation& variation, MatrixOut changes) {
-    auto& v = variation.content();
-    v.changes_of(MatrixOf<Number>(model.velocities(), model.velocities()), changes,
-                 [&](auto& state, auto& y, Eigen::Index) { coriolis_matrix(v.model, state, y); });
+    vary(model, variation, changes, Matrices(model.velocities(), model.velocities()),
+         coriolis_matrix<Number, Matrices&>);
 }
-
 void mass_matrix_derivative(const Model& model, Variation& variation, MatrixOut changes) {
-    auto& v = variation.content();
-    v.changes_of(MatrixOf<Number>(model.velocities(), model.velocities()), changes,
-                 [&](auto& state, auto& y, Eigen::Index) { mass_matrix_derivative(v.model, state, y); });
+    vary(model, variation, changes, Matrices(model.velocities(), model.velocities()),
+         mass_matrix_derivative<Number, Matrices&>);
 }
-
-void centroidal_momentum(const Model&, Variation& variation, MatrixOut changes) {
-    auto& v = variation.content();
-    v.changes_of(VectorOf<Number>(6), changes,
-                 [&](auto& state, auto& y, Eigen::Index) { centroidal_momentum(v.model, state, y); });
+void centroidal_momentum(const Model& model, Variation& variation, MatrixOut changes) {
+    vary(model, variation, changes, Vectors(6), centroidal_momentum<Number, Vectors&>);
 }
-
 void centroidal_momentum_matrix(const Model& model, Variation& variation, MatrixOut changes) {
-    auto& v = variation.content();
-    v.changes_of(MatrixOf<Number>(6, model.velocities()), changes,
-                 [&](auto& state, auto& y, Eigen::Index) { centroidal_momentum_matrix(v.model, state, y); });
+    vary(model, variation, changes, Matrices(6, model.velocities()),
+         centroidal_momentum_matrix<Number, Matrices&>);
 }
-
-void centroidal_momentum_bias(const Model&, Variation& variation, MatrixOut changes) {
-    auto& v = variation.content();
-    v.changes_of(VectorOf<Number>(6), changes,
-                 [&](auto& state, auto& y, Eigen::Index) { centroidal_momentum_bias(v.model, state, y); });
+void centroidal_momentum_bias(const Model& model, Variation& variation, MatrixOut changes) {
+    vary(model, variation, changes, Vectors(6), centroidal_momentum_bias<Number, Vectors&>);
 }
-
-void relative_transform(const Model&, Variation& variation, Frame reference, Frame frame, MatrixOut changes) {
-    auto& v = variation.content();
-    v.changes_of(MatrixOf<Number>(4, 4), changes, [&](auto& state, auto& y, Eigen::Index) {
-        relative_transform(v.model, state, reference, frame, y);
-    });
+void relative_transform(const Model& model, Variation& variation, Frame reference, Frame frame,
+                        MatrixOut changes) {
+    vary(model, variation, changes, Matrices(4, 4), relative_transform<Number, Matrices&>, reference, frame);
 }
-
 void relative_jacobian(const Model& model, Variation& variation, Frame reference, Frame frame,
                        MatrixOut changes) {
-    auto& v = variation.content();
-    v.changes_of(MatrixOf<Number>(6, model.joints()), changes, [&](auto& state, auto& y, Eigen::Index) {
-        relative_jacobian(v.model, state, reference, frame, y);
-    });
+    vary(model, variation, changes, Matrices(6, model.joints()), relative_jacobian<Number, Matrices&>,
+         reference, frame);
 }
 
 void inverse_dynamics(const Model& model, Variation& variation,
@@ -230,11 +199,12 @@ void inverse_dynamics(const Model& model, Variation& variation,
                       const Changed& base_acceleration_changes, const Changed& s_ddot_changes,
                       MatrixOut changes) {
     auto& v = variation.content();
-    v.changes_of(
-        VectorOf<Number>(model.velocities()), changes, [&](auto& state, auto& y, Eigen::Index first) {
-            inverse_dynamics(v.model, state, varied(base_acceleration, base_acceleration_changes, first),
-                             varied(s_ddot, s_ddot_changes, first), y);
-        });
+    v.changes_of(VectorOf<Number>(model.velocities()), changes,
+                 [&](auto& state, auto& y, Eigen::Index first) {
+                     inverse_dynamics(model.content(), state,
+                                      varied(base_acceleration, base_acceleration_changes, first),
+                                      varied(s_ddot, s_ddot_changes, first), y);
+                 });
 }
 
 void add_wrench(const Model& model, Variation& variation, Frame frame, const Eigen::Ref<const Vector6>& f,
@@ -243,7 +213,7 @@ void add_wrench(const Model& model, Variation& variation, Frame frame, const Eig
     Eigen::MatrixXd added(model.velocities(), v.directions);
     v.changes_of(VectorOf<Number>(model.velocities()), added, [&](auto& state, auto& y, Eigen::Index first) {
         y.setZero();
-        add_wrench(v.model, state, frame, varied(f, f_changes, first), y);
+        add_wrench(model.content(), state, frame, varied(f, f_changes, first), y);
     });
     forces_changes += added;
 }
@@ -257,12 +227,8 @@ void forward_dynamics(const Model& model, Variation& variation,
     const Eigen::MatrixXd none;
     inverse_dynamics(model, variation, base, nu_dot.tail(joints), none, none, changes);
     changes = forces_changes - changes;
-    Eigen::VectorXd column(nu_dot.size());
-    for (Eigen::Index c = 0; c < changes.cols(); ++c) {
-        column = changes.col(c);
-        divide_by_mass(model, variation.content().values, column);
-        changes.col(c) = column;
-    }
+    for (Eigen::Index c = 0; c < changes.cols(); ++c)
+        divide_by_mass(model, variation.content().values, changes.col(c));
 }
 
 } // namespace bf::dynamics

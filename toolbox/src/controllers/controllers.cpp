@@ -339,7 +339,7 @@ class JointImpedance final : public VelocityBlock {
         if (*compensation == "dynamics")
             dynamics::inverse_dynamics(model(), at_state(at), Vector6::Zero(), at[s_ddot_target], of_model);
         else if (*compensation == "gravity")
-            dynamics::gravity_forces(model(), at_position(at), of_model);
+            dynamics::gravity_forces(model(), PositionBlock::at_state(at), of_model);
         out[error] = at[s_target] - at[s];
         out[tau] = at[stiffness].cwiseProduct(at[s_target] - at[s]) +
                    at[damping].cwiseProduct(at[s_dot_target] - at[s_dot]) + of_model.tail(at[s].size());

@@ -6,7 +6,7 @@ namespace bf::toolbox {
 
 namespace {
 
-constexpr Unit meter = unit<"m">, angle = unit<"rad">;
+constexpr Unit meter = unit<"m">;
 
 /// Is it the changes of a quantity that are computed?
 template <class State> constexpr bool is_varied = std::is_same_v<State, dynamics::Variation>;
@@ -16,9 +16,9 @@ Eigen::Map<Eigen::Matrix<double, 6, Eigen::Dynamic>> six_rows(Eigen::Map<Matrix>
 }
 Matrix& six_rows(Matrix& changes) { return changes; }
 
-class ForwardKinematics final : public QuantityOfPosition<ForwardKinematics> {
+class ForwardKinematics final : public QuantityOf<PositionBlock, ForwardKinematics> {
   public:
-    using QuantityOfPosition::QuantityOfPosition;
+    using QuantityOf::QuantityOf;
     FrameArgument frame{this, "frame", "name of a link or frame, or com"};
     Output<Transform> w_H_frame{
         this,
@@ -39,9 +39,9 @@ class ForwardKinematics final : public QuantityOfPosition<ForwardKinematics> {
     }
 };
 
-class CenterOfMass final : public QuantityOfState<CenterOfMass> {
+class CenterOfMass final : public QuantityOf<VelocityBlock, CenterOfMass> {
   public:
-    using QuantityOfState::QuantityOfState;
+    using QuantityOf::QuantityOf;
     Output<Vector3> com{this, "com", {.unit = meter, .doc = "centre of mass in the world"}};
     Output<Vector3> com_dot{this, "com_dot", {.unit = unit<"m/s">, .doc = "its velocity, world axes"}};
 
@@ -51,9 +51,9 @@ class CenterOfMass final : public QuantityOfState<CenterOfMass> {
     }
 };
 
-class Jacobian final : public QuantityOfPosition<Jacobian> {
+class Jacobian final : public QuantityOf<PositionBlock, Jacobian> {
   public:
-    using QuantityOfPosition::QuantityOfPosition;
+    using QuantityOf::QuantityOf;
     FrameArgument frame{this, "frame", "name of a link or frame, or com"};
     Output<Matrix> J{
         this,
@@ -85,9 +85,9 @@ class Jacobian final : public QuantityOfPosition<Jacobian> {
     }
 };
 
-class DotJNu final : public QuantityOfState<DotJNu> {
+class DotJNu final : public QuantityOf<VelocityBlock, DotJNu> {
   public:
-    using QuantityOfState::QuantityOfState;
+    using QuantityOf::QuantityOf;
     FrameArgument frame{this, "frame", "name of a link or frame, or com"};
     Output<Vector6> J_dot_nu{
         this,
@@ -104,9 +104,9 @@ class DotJNu final : public QuantityOfState<DotJNu> {
     }
 };
 
-class MassMatrix final : public QuantityOfPosition<MassMatrix> {
+class MassMatrix final : public QuantityOf<PositionBlock, MassMatrix> {
   public:
-    using QuantityOfPosition::QuantityOfPosition;
+    using QuantityOf::QuantityOf;
     Output<Matrix> M{this,
                      "M",
                      {.shape = {v, v},
@@ -200,7 +200,7 @@ class ForwardDynamics final : public VelocityBlock, public Differentiable {
         auto& d = at_state(at, changes);
         const Eigen::Index joints = at[tau].size(), base = model().velocities() - joints;
         Matrix all = Matrix::Zero(base + joints, changes.directions()), result = all;
-        if (changes.moves(tau)) all.bottomRows(joints) = changes[tau];
+        all.bottomRows(joints) = changes.of(tau, joints);
         for (int i = 0; i < wrench.size(); ++i)
             dynamics::add_wrench(model(), d, resolved_[static_cast<std::size_t>(i)], at[wrench[i]],
                                  changes[wrench[i]], all);
@@ -217,9 +217,9 @@ class ForwardDynamics final : public VelocityBlock, public Differentiable {
     mutable std::vector<dynamics::Frame> resolved_;
 };
 
-class GetBiasForces final : public QuantityOfState<GetBiasForces> {
+class GetBiasForces final : public QuantityOf<VelocityBlock, GetBiasForces> {
   public:
-    using QuantityOfState::QuantityOfState;
+    using QuantityOf::QuantityOf;
     Output<Vector> h{
         this, "h", {.shape = {v}, .unit = mixed_units, .doc = "Coriolis, centrifugal and gravity terms"}};
 
@@ -228,9 +228,9 @@ class GetBiasForces final : public QuantityOfState<GetBiasForces> {
     }
 };
 
-class GetGravityForces final : public QuantityOfPosition<GetGravityForces> {
+class GetGravityForces final : public QuantityOf<PositionBlock, GetGravityForces> {
   public:
-    using QuantityOfPosition::QuantityOfPosition;
+    using QuantityOf::QuantityOf;
     Output<Vector> g{this, "g", {.shape = {v}, .unit = mixed_units, .doc = "bias forces at zero velocity"}};
 
     template <class State, class To> void compute(State& d, To& to) const {
@@ -238,9 +238,9 @@ class GetGravityForces final : public QuantityOfPosition<GetGravityForces> {
     }
 };
 
-class GetCoriolisForces final : public QuantityOfState<GetCoriolisForces> {
+class GetCoriolisForces final : public QuantityOf<VelocityBlock, GetCoriolisForces> {
   public:
-    using QuantityOfState::QuantityOfState;
+    using QuantityOf::QuantityOf;
     Output<Vector> c{
         this, "c", {.shape = {v}, .unit = mixed_units, .doc = "bias forces without those of gravity"}};
 
@@ -249,9 +249,9 @@ class GetCoriolisForces final : public QuantityOfState<GetCoriolisForces> {
     }
 };
 
-class CoriolisMatrix final : public QuantityOfState<CoriolisMatrix> {
+class CoriolisMatrix final : public QuantityOf<VelocityBlock, CoriolisMatrix> {
   public:
-    using QuantityOfState::QuantityOfState;
+    using QuantityOf::QuantityOf;
     Output<Matrix> C{
         this, "C", {.shape = {v, v}, .unit = mixed_units, .doc = "C nu = Coriolis and centrifugal forces"}};
 
@@ -260,9 +260,9 @@ class CoriolisMatrix final : public QuantityOfState<CoriolisMatrix> {
     }
 };
 
-class MassMatrixDerivative final : public QuantityOfState<MassMatrixDerivative> {
+class MassMatrixDerivative final : public QuantityOf<VelocityBlock, MassMatrixDerivative> {
   public:
-    using QuantityOfState::QuantityOfState;
+    using QuantityOf::QuantityOf;
     Output<Matrix> M_dot{
         this, "M_dot", {.shape = {v, v}, .unit = mixed_units, .doc = "time derivative of M; both triangles"}};
 
@@ -271,9 +271,9 @@ class MassMatrixDerivative final : public QuantityOfState<MassMatrixDerivative> 
     }
 };
 
-class CentroidalMomentum final : public QuantityOfState<CentroidalMomentum> {
+class CentroidalMomentum final : public QuantityOf<VelocityBlock, CentroidalMomentum> {
   public:
-    using QuantityOfState::QuantityOfState;
+    using QuantityOf::QuantityOf;
     Output<Vector6> H{
         this,
         "H",
@@ -285,9 +285,9 @@ class CentroidalMomentum final : public QuantityOfState<CentroidalMomentum> {
     }
 };
 
-class CentroidalTotalMomentumMatrix final : public QuantityOfPosition<CentroidalTotalMomentumMatrix> {
+class CentroidalTotalMomentumMatrix final : public QuantityOf<PositionBlock, CentroidalTotalMomentumMatrix> {
   public:
-    using QuantityOfPosition::QuantityOfPosition;
+    using QuantityOf::QuantityOf;
     Output<Matrix> A{this, "A", {.shape = {6, v}, .unit = mixed_units, .doc = "A nu = centroidal momentum"}};
 
     template <class State, class To> void compute(State& d, To& to) const {
@@ -295,9 +295,9 @@ class CentroidalTotalMomentumMatrix final : public QuantityOfPosition<Centroidal
     }
 };
 
-class DotANu final : public QuantityOfState<DotANu> {
+class DotANu final : public QuantityOf<VelocityBlock, DotANu> {
   public:
-    using QuantityOfState::QuantityOfState;
+    using QuantityOf::QuantityOf;
     Output<Vector6> A_dot_nu{
         this,
         "A_dot_nu",
@@ -308,12 +308,11 @@ class DotANu final : public QuantityOfState<DotANu> {
     }
 };
 
-class RelativeTransform final : public RobotBlock, public Differentiable {
+class RelativeTransform final : public QuantityOf<JointBlock, RelativeTransform> {
   public:
-    using RobotBlock::RobotBlock;
+    using QuantityOf::QuantityOf;
     FrameArgument frame1{this, "frame1", "reference frame"};
     FrameArgument frame2{this, "frame2", "frame whose pose is wanted"};
-    Input<Vector> s{this, "s", {.shape = {n}, .unit = angle, .doc = "joint positions"}};
     Output<Transform> frame1_H_frame2{
         this, "frame1_H_frame2", {.unit = mixed_units, .doc = "pose of frame2 seen from frame1"}};
 
@@ -321,25 +320,16 @@ class RelativeTransform final : public RobotBlock, public Differentiable {
         frame1.resolve(robot);
         frame2.resolve(robot);
     }
-    Status output(Now at, Out out) const noexcept override {
-        dynamics::set_joint_position(model(), data(at), at[s]);
-        dynamics::relative_transform(model(), data(at), frame1.frame, frame2.frame, out[frame1_H_frame2]);
-        return ok;
-    }
-    bool directional_derivative(Now at, Changes& changes) const override {
-        auto& v = variation(at);
-        dynamics::set_joint_position(model(), v, at[s], {{}, changes[s], {}, {}}, changes.directions());
-        dynamics::relative_transform(model(), v, frame1.frame, frame2.frame, changes[frame1_H_frame2]);
-        return true;
+    template <class State, class To> void compute(State& d, To& to) const {
+        dynamics::relative_transform(model(), d, frame1.frame, frame2.frame, to[frame1_H_frame2]);
     }
 };
 
-class RelativeJacobian final : public RobotBlock, public Differentiable {
+class RelativeJacobian final : public QuantityOf<JointBlock, RelativeJacobian> {
   public:
-    using RobotBlock::RobotBlock;
+    using QuantityOf::QuantityOf;
     FrameArgument reference{this, "reference", "reference frame"};
     FrameArgument frame{this, "frame", "frame whose velocity is wanted"};
-    Input<Vector> s{this, "s", {.shape = {n}, .unit = angle, .doc = "joint positions"}};
     Output<Matrix> J{
         this,
         "J",
@@ -351,16 +341,8 @@ class RelativeJacobian final : public RobotBlock, public Differentiable {
         reference.resolve(robot);
         frame.resolve(robot);
     }
-    Status output(Now at, Out out) const noexcept override {
-        dynamics::set_joint_position(model(), data(at), at[s]);
-        dynamics::relative_jacobian(model(), data(at), reference.frame, frame.frame, six_rows(out[J]));
-        return ok;
-    }
-    bool directional_derivative(Now at, Changes& changes) const override {
-        auto& v = variation(at);
-        dynamics::set_joint_position(model(), v, at[s], {{}, changes[s], {}, {}}, changes.directions());
-        dynamics::relative_jacobian(model(), v, reference.frame, frame.frame, changes[J]);
-        return true;
+    template <class State, class To> void compute(State& d, To& to) const {
+        dynamics::relative_jacobian(model(), d, reference.frame, frame.frame, six_rows(to[J]));
     }
 };
 

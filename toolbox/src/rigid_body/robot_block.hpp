@@ -69,6 +69,27 @@ inline constexpr const char* base_pose_doc =
 inline constexpr const char* base_velocity_doc = "base velocity, mixed: origin [m/s], angular [rad/s], world "
                                                  "axes; zero for a fixed base, which needs none";
 
+/// Blocks whose result depends on joint positions alone.
+class JointBlock : public RobotBlock {
+  public:
+    using RobotBlock::RobotBlock;
+    Input<Vector> s{this, "s", {.shape = {n}, .unit = unit<"rad">, .doc = "joint positions"}};
+
+    Status output(Now at, Out out) const noexcept final { return evaluate(at, out); }
+
+  protected:
+    virtual Status evaluate(Now at, Out out) const noexcept = 0;
+    dynamics::Data& at_state(Now at) const {
+        dynamics::set_joint_position(model(), data(at), at[s]);
+        return data(at);
+    }
+    dynamics::Variation& at_state(Now at, const Changes& changes) const {
+        auto& v = variation(at);
+        dynamics::set_joint_position(model(), v, at[s], {{}, changes[s], {}, {}}, changes.directions());
+        return v;
+    }
+};
+
 /// Blocks whose result depends on base pose and joint positions. A state that is none ends the step, by the
 /// name of its port, before evaluate() gives the outputs.
 class PositionBlock : public RobotBlock {
@@ -95,11 +116,11 @@ class PositionBlock : public RobotBlock {
         const Status good = all_finite(at, w_H_b, s);
         return good ? is_rotation(at, w_H_b) : good;
     }
-    dynamics::Data& at_position(Now at) const {
+    dynamics::Data& at_state(Now at) const {
         dynamics::set_position(model(), data(at), at[w_H_b], at[s]);
         return data(at);
     }
-    dynamics::Variation& at_position(Now at, const Changes& changes) const {
+    dynamics::Variation& at_state(Now at, const Changes& changes) const {
         auto& v = variation(at);
         dynamics::set_position(model(), v, at[w_H_b], at[s], {changes[w_H_b], changes[s], {}, {}},
                                changes.directions());
@@ -142,33 +163,19 @@ class VelocityBlock : public PositionBlock {
     }
 };
 
-/// A block of one quantity of the robot: B says by `compute(state, to)` what it is, of a state with its
-/// values, and of a variation with their changes.
-template <class B> class QuantityOfPosition : public PositionBlock, public Differentiable {
+/// A block of one quantity of the robot, which depends on the inputs of Base: B says by `compute(state, to)`
+/// what it is, of a state with its values, and of a variation with their changes.
+template <class Base, class B> class QuantityOf : public Base, public Differentiable {
   public:
-    using PositionBlock::PositionBlock;
+    using Base::Base;
     bool directional_derivative(Now at, Changes& changes) const final {
-        static_cast<const B&>(*this).compute(at_position(at, changes), changes);
+        static_cast<const B&>(*this).compute(this->at_state(at, changes), changes);
         return true;
     }
 
   protected:
     Status evaluate(Now at, Out out) const noexcept final {
-        static_cast<const B&>(*this).compute(at_position(at), out);
-        return ok;
-    }
-};
-template <class B> class QuantityOfState : public VelocityBlock, public Differentiable {
-  public:
-    using VelocityBlock::VelocityBlock;
-    bool directional_derivative(Now at, Changes& changes) const final {
-        static_cast<const B&>(*this).compute(at_state(at, changes), changes);
-        return true;
-    }
-
-  protected:
-    Status evaluate(Now at, Out out) const noexcept final {
-        static_cast<const B&>(*this).compute(at_state(at), out);
+        static_cast<const B&>(*this).compute(this->at_state(at), out);
         return ok;
     }
 };

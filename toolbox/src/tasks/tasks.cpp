@@ -341,7 +341,7 @@ class ContactLimits final : public PositionBlock {
     void infer(Inference&) const override { frame.resolve(robot); }
     Status evaluate(Now at, Out out) const noexcept override {
         Transform H;
-        dynamics::forward_kinematics(model(), at_position(at), frame.frame, H);
+        dynamics::forward_kinematics(model(), at_state(at), frame.frame, H);
         dynamics::ContactLimits of;
         of.faces = faces;
         of.friction = at[friction];

@@ -43,7 +43,7 @@ template <int lanes> class Dual {
         const double q = x.value / y.value;
         return along(q, [&](std::size_t i) { return (x.slope[i] - q * y.slope[i]) / y.value; });
     }
-    // With numbers that do not change, of which half is left.
+    // With numbers that do not change, by half of the work of those above.
     friend Dual operator*(double a, const Dual& x) {
         return along(a * x.value, [&](std::size_t i) { return a * x.slope[i]; });
     }

@@ -25,6 +25,9 @@ if(NOT BF_SITE)
     set(BF_PYTHON python3)
 endif()
 set(BF_SHARE ${BF_DEPS}/venv/share) # robot models of the icub-models wheel
+if(BF_WHEEL) # goes to computers without that folder; there packages of the system may have robots
+    set(BF_SHARE /usr/share)
+endif()
 set(BF_DAQP_SOURCES ${BF_DEPS}/src/daqp-0.11.0/csrc)
 set(BF_OSQP_SOURCES ${BF_DEPS}/src/osqp-0.6.7.post3/osqp_sources)
 set(BF_RUCKIG_SOURCES ${BF_DEPS}/src/ruckig-0.19.4)

@@ -6,7 +6,8 @@ const service = process.env.BF_SERVICE ?? "http://127.0.0.1:8000";
 
 // Those browsers know light-dark(); for others it would become the system's colours, whatever a person has chosen.
 const cssTarget = ["chrome123", "firefox120", "safari17.5"];
-const build = { chunkSizeWarningLimit: 800, target: "es2022", cssTarget, assetsInlineLimit: 0, modulePreload: { polyfill: false } };
+const build = { chunkSizeWarningLimit: 800, target: "es2022", cssTarget, assetsInlineLimit: 0, modulePreload: { polyfill: false },
+  license: { fileName: "licences.md" } }; // of all packages whose code is in the page
 // Browsers load no modules and no fonts from the file system, so a published page is one classic script and one style sheet.
 const published = {
   ...build, cssCodeSplit: false, assetsInlineLimit: 65536,

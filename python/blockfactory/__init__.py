@@ -16,7 +16,7 @@ from . import operations
 from ._analysis import LinearSystem
 from ._block import Argument, At, Block, ContinuousState, DiscreteState, Input, Output, Parameter, Writer, block
 from ._model import Drawing, LoadedModel, Model, examine, load
-from ._native import BlockInfo, Diagnostic, Margins, Recorder, Signal, StepResponse
+from ._native import BlockInfo, Diagnostic, Margins, Recorder, Signal, StepResponse, _version
 from ._packages import example, prefix
 from ._recording import Recording, Series, read_recording
 from ._simulation import Inputs, Parameters, Simulation, Variables
@@ -33,7 +33,7 @@ from .errors import (
     WrongValue,
 )
 
-__version__ = "0.1.0"
+__version__: str = _version()
 
 __all__ = [
     "Argument",

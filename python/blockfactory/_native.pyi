@@ -12,6 +12,9 @@ import numpy
 from numpy.typing import NDArray
 
 
+def _version() -> str:
+    """That of the library."""
+
 class Diagnostic:
     """One thing that is wrong with a model: where, what, and what to do."""
 

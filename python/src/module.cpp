@@ -165,6 +165,8 @@ NB_MODULE(_native, m) {
     // Models in modules and notebooks live until the interpreter ends, and its end frees nothing of them.
     nb::set_leak_warnings(false);
     nb::module_::import_("atexit").attr("register")(nb::cpp_function(end));
+    m.def(
+        "_version", [] { return BF_VERSION; }, "That of the library.");
     bind_errors(m);
     bind_model(m);
     bind_recording(m);

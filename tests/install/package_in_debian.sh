@@ -5,7 +5,8 @@
 set -euo pipefail
 bf=$1 source=$2
 unset BLOCKFACTORY_PLUGIN_PATH
-if [ "$(id -u)" != 0 ] || ! command -v debootstrap >/dev/null; then
+. "$source/tests/install/bare_debian.sh"
+if ! can_make_debian; then
     echo "package_in_debian.sh needs root, and debootstrap, which 'scripts/deps test' installs"
     exit 77
 fi
@@ -13,11 +14,8 @@ work=$(mktemp -d)
 trap 'rm -rf --one-file-system "$work"' EXIT
 cd "$work"
 
-release=$(. /etc/os-release && echo "$VERSION_CODENAME")
-mirror=$(apt-get indextargets --format '$(SITE)' "Created-By: Packages" "Codename: $release" | head -n 1)
-debootstrap --variant=minbase "$release" debian "$mirror" >debootstrap.log || { tail debootstrap.log; exit 1; }
-in_debian() { chroot debian /usr/bin/env -i PATH=/usr/bin:/bin sh -c "$1"; }
-if in_debian "command -v cc || command -v c++ || command -v python3 || command -v cmake"; then
+make_debian debian
+if in_debian debian "command -v python3"; then
     echo "that Debian is not bare"
     exit 1
 fi
@@ -25,7 +23,7 @@ fi
 model=$source/examples/icub_balancing/balancing.yaml
 options="--quiet --stop 2 --set scenario=2"
 "$bf" deploy "$model" -o debian/opt/icub
-in_debian "/opt/icub/run $options --priority 0 --realtime-factor 4 --record /there.mcap"
+in_debian debian "/opt/icub/run $options --priority 0 --realtime-factor 4 --record /there.mcap"
 "$bf" run "$model" $options --record here.mcap
 
 "$bf" export here.mcap -o here.csv >/dev/null

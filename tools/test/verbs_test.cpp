@@ -18,7 +18,7 @@ class Verbs : public Command {
 };
 
 TEST_F(Verbs, PrintVersionAndHelp) {
-    EXPECT_EQ(bf("--version").out, "bf 0.1.0\n");
+    EXPECT_EQ(bf("--version").out, "bf " BF_VERSION "\n");
     const auto help = bf("--help");
     EXPECT_EQ(help.code, 0);
     for (const std::string verb :
@@ -251,7 +251,7 @@ TEST_F(Verbs, DoctorSaysWhatThereIs) {
     EXPECT_CONTAINS(bf("doctor").out, "plugin       yes  WholeBodyToolbox");
     EXPECT_CONTAINS(bf("doctor").out, "plugin       yes  WholeBodyCameras");
     const auto json = nlohmann::json::parse(bf("doctor --json").out);
-    EXPECT_EQ(json["version"], "0.1.0");
+    EXPECT_EQ(json["version"], BF_VERSION);
     std::set<std::string> plugins; // there may be those of middlewares, too
     for (const auto& plugin : json["plugins"]) plugins.insert(plugin["name"]);
     for (const std::string plugin : {"FMI", "SharedMemory", "Udp", "WholeBodyCameras", "WholeBodyToolbox"})

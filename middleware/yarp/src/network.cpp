@@ -313,7 +313,6 @@ class Server final : public ClockServer, private os::PortReader {
         return is_begun_ = true;
     }
     int clients() const noexcept override { return port_.getInputCount(); }
-    bool is_awaited() const noexcept override { return is_paused_ && done_ + (is_begun_ ? 1 : 0) >= wanted_; }
 
   private:
     // In a thread of the port.

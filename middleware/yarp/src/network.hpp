@@ -24,9 +24,6 @@ enum class Led {
 class ClockServer : public toolbox::SimulatorServer {
   public:
     virtual int clients() const noexcept = 0; ///< connected
-    /// Is this the end of what was asked for, so that somebody waits for what there is now? Between two
-    /// next().
-    virtual bool is_awaited() const noexcept = 0;
 };
 
 /// Throws std::runtime_error: the port has another program already, or does not open.

@@ -47,8 +47,7 @@ namespace {
 namespace os = ::yarp::os;
 namespace dev = ::yarp::dev;
 
-constexpr double degrees = 180 / M_PI;   ///< YARP's angles
-constexpr double longest_silence = 0.01; ///< s of the robot between two states that are sent
+constexpr double degrees = 180 / M_PI; ///< YARP's angles
 
 template <class F> bool holds(F&& f) {
     try {
@@ -585,7 +584,6 @@ class YarpRobot final : public middleware::ServedRobot {
         std::vector<double> senses;
         if (!senses_->look(senses)) return;
         const double time = senses[0];
-        send_next_ = time + longest_silence - period_ / 2;
         const double seconds = std::floor(time + 1e-9);
         auto& now = clock_port_.prepare();
         now.clear();
@@ -612,7 +610,7 @@ class YarpRobot final : public middleware::ServedRobot {
     SharedBoard shared_;
     std::vector<Part> parts_;
     std::string prefix_, name_;
-    double period_ = 0, send_next_ = 0; ///< s
+    double period_ = 0; ///< s
 
     std::vector<int> mode_;    ///< that each joint is in, a vocab
     std::vector<Wish> wished_; ///< of each joint

@@ -134,9 +134,10 @@ FmuCode Generator::fmu(int version, const std::map<std::string, std::string>& fo
     code.identifier = file_;
 
     std::string rows;
+    std::vector<std::string> places; // of numbers that have derivatives
     std::unordered_set<std::string> names{"time"};
     Dependencies dependencies(diagram_);
-    const auto add = [&](FmuVariable variable, const char* table, int row) {
+    const auto add = [&](FmuVariable variable, const char* table, int row, const std::string& place = {}) {
         const bool is_new = names.insert(variable.name).second;
         if (!is_new && variable.role == FmuVariable::Role::signal) return; // an output of that name is it
         if (!is_new)
@@ -148,6 +149,7 @@ FmuCode Generator::fmu(int version, const std::map<std::string, std::string>& fo
                  : variable.role == FmuVariable::Role::fixed    ? "FmuSetting::before"
                                                                 : "FmuSetting::always") +
                 (variable.names.empty() ? "" : ", true") + "},\n";
+        places.push_back(variable.type == Type::float64 ? place : std::string());
         code.variables.push_back(std::move(variable));
     };
     const auto of_slot = [&](FmuVariable::Role role, const std::string& path, const Node::End& end) {
@@ -167,14 +169,14 @@ FmuCode Generator::fmu(int version, const std::map<std::string, std::string>& fo
         auto variable = of_slot(FmuVariable::Role::input, input.path, input.end);
         variable.unit = input.unit, variable.doc = input.doc;
         std::fill(variable.start.begin(), variable.start.end(), 0.0); // of the generated class
-        add(std::move(variable), "bf_run_inputs", row++);
+        add(std::move(variable), "bf_run_inputs", row++, "inputs." + input.member);
     }
     row = 0;
     for (const auto& output : outputs_) {
         auto variable = of_slot(FmuVariable::Role::output, output.path, output.end);
         variable.unit = output.unit, variable.doc = output.doc;
         variable.inputs = dependencies.of(output.end);
-        add(std::move(variable), "bf_run_outputs", row++);
+        add(std::move(variable), "bf_run_outputs", row++, "outputs." + output.member);
     }
     const auto role_of = [&](const std::string& name) {
         return formula_of(name) < 0 ? FmuVariable::Role::parameter : FmuVariable::Role::calculated;
@@ -204,10 +206,11 @@ FmuCode Generator::fmu(int version, const std::map<std::string, std::string>& fo
     }
     row = 0;
     for (const auto& signal : recorded_rows())
-        add(of_slot(FmuVariable::Role::signal, signal.path, signal.end), "bf_run_signals", row++);
+        add(of_slot(FmuVariable::Role::signal, signal.path, signal.end), "bf_run_signals", row++,
+            place_of(signal.end).member.empty() ? std::string() : place_of(signal.end).text());
 
     row = 0;
-    std::vector<FmuVariable> rates;
+    std::vector<std::pair<FmuVariable, std::string>> rates;
     for (const auto& field : has_model_exchange() ? continuous_ : std::vector<Field>()) {
         auto state = of_slot(FmuVariable::Role::state, field.path, field.end);
         state.rows *= state.cols; // elements in the order of the solver
@@ -218,11 +221,11 @@ FmuCode Generator::fmu(int version, const std::map<std::string, std::string>& fo
         rate.name = "der(" + state.name + ")";
         rate.unit.clear();
         rate.doc = "derivative of " + state.name;
-        add(std::move(state), "bf::generated::fmu_states", row++);
-        rates.push_back(std::move(rate));
+        add(std::move(state), "bf::generated::fmu_states", row++, "continuous." + field.member);
+        rates.emplace_back(std::move(rate), "rates_." + field.member);
     }
     row = 0;
-    for (auto& rate : rates) add(std::move(rate), "bf::generated::fmu_rates", row++);
+    for (auto& [rate, place] : rates) add(std::move(rate), "bf::generated::fmu_rates", row++, place);
     if (guard_count() > 0 && has_model_exchange())
         add({FmuVariable::Role::crossings,
              "event_indicators",
@@ -236,6 +239,10 @@ FmuCode Generator::fmu(int version, const std::map<std::string, std::string>& fo
              {}},
             "bf::generated::fmu_crossings", 0);
 
+    const std::string derivatives = derivatives_source(calls_, places);
+    code.has_derivatives = !derivatives.empty();
+    if (code.has_derivatives) code.files[file_ + "_derivatives.cpp"] = derivatives;
+
     const std::string standard = "fmu" + std::to_string(version);
     std::uint64_t hash = fnv1a({});
     for (const auto& [name, text] : code.files) hash = fnv1a(std::as_bytes(std::span(text)), hash);
@@ -247,7 +254,10 @@ FmuCode Generator::fmu(int version, const std::map<std::string, std::string>& fo
         "// " + comment(diagram_.name) + " as an FMU of FMI " + std::to_string(version) +
         ".0.\n#include \"bf/codegen/" + standard + ".hpp\"\n#include \"" + file_ + ".hpp\"\n" +
         (code.is_hosted ? "#include \"bf/codegen/fmu_hosted.hpp\"\n" : "") +
-        "\nextern \"C\" const bf_run_library* bf_run_v1(void);\n\n"
+        "\nextern \"C\" const bf_run_library* bf_run_v1(void);\n" +
+        (code.has_derivatives ? "namespace bf::generated {\nextern const FmuDerivatives fmu_derivatives;\n}\n"
+                              : "") +
+        "\n"
         "using bf::generated::FmuSetting;\nstatic constexpr bf::generated::FmuVariable rows[] = {\n" +
         (rows.empty() ? "    {bf_run_inputs, 0, FmuSetting::none}, // none: not counted\n" : rows) +
         "};\nconst bf::generated::FmuTables bf::generated::fmu_tables{bf_run_v1, " + literal(code.token) +
@@ -255,6 +265,7 @@ FmuCode Generator::fmu(int version, const std::map<std::string, std::string>& fo
         (has_model_exchange() ? "&bf::generated::ExchangeOf<" + class_ + ">::functions"
                               : "&bf::generated::no_exchange") +
         ", " + (code.is_hosted ? "&bf::generated::HostOf<" + class_ + ">::functions" : "nullptr") + ", " +
+        (code.has_derivatives ? "&bf::generated::fmu_derivatives" : "nullptr") + ", " +
         (are_signals_repeatable() ? "true" : "false") + "};\n";
     Files headers;
     for (const auto& [name, text] : code.files) {

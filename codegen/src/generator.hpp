@@ -134,6 +134,9 @@ class Generator {
         std::vector<Task> tasks; ///< of the program's, where it is split
     };
 
+    /// The model on numbers with derivatives, of which `places` are those of the variables of the FMU.
+    std::string derivatives_source(const Calls& calls, const std::vector<std::string>& places) const;
+
     /// Gives quantities their places and prints the functions that both languages have.
     Calls print_functions();
 
@@ -292,6 +295,7 @@ class Generator {
     std::set<std::string> headers_;
     std::vector<std::string> declarations_; ///< of the functions that pieces became
     std::vector<std::string> pieces_;       ///< their definitions
+    Calls calls_;                           ///< of run()
     std::vector<int> piece_statements_;
     std::map<std::string, int> piece_numbers_; ///< by family
     std::vector<int> hosted_;                  ///< by node: number among the hosted blocks, or -1

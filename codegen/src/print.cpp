@@ -563,6 +563,7 @@ Files Generator::run() {
     Files files;
     Calls calls = print_functions();
     calls.follow = functions("follow", follow());
+    calls_ = calls;
 
     // What the class keeps and calls is known once its functions are printed.
     std::string text = main_source(calls), what = ": initialize, step, terminate";

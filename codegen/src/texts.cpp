@@ -47,14 +47,18 @@ const std::string* header_of_kernel(std::string_view printed_name) {
     return found == kernels.end() ? nullptr : &found->second;
 }
 
+std::string_view text_of_header(std::string_view header) {
+    for (const auto& text : texts)
+        if (text.name == header) return text.content;
+    return {};
+}
+
 void add_header(const std::string& header, Files& files) {
     if (files.contains("include/" + header)) return;
-    for (const auto& text : texts) {
-        if (text.name != header) continue;
-        files["include/" + header] = std::string(text.content);
-        add_headers_of(text.content, files);
-        return;
-    }
+    const std::string_view text = text_of_header(header);
+    if (text.empty()) return;
+    files["include/" + header] = std::string(text);
+    add_headers_of(text, files);
 }
 
 void add_headers_of(std::string_view text, Files& files) {

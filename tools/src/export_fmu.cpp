@@ -122,6 +122,8 @@ fmi::Description description_of(const LoadedModel& loaded, const codegen::FmuCod
     d.model_exchange = fmi::Interface{.identifier = code.identifier,
                                       .has_state = true,
                                       .can_serialize = true,
+                                      .has_derivatives = code.has_derivatives,
+                                      .has_adjoint = code.has_derivatives,
                                       .needs_completed_step = false};
     d.co_simulation->sources = d.model_exchange->sources = code.sources;
     if (code.is_hosted) {

@@ -44,6 +44,7 @@ struct FmuCode {
     bool is_hosted = false;
     std::vector<std::string> plugins;  ///< their names
     bool uses_standard_blocks = false; ///< are standard blocks made, which libbf_blocks.a has?
+    bool has_derivatives = false;      ///< of model exchange
 };
 
 /// An FMU of FMI `version` 2.0 or 3.0, whose code is that of generate(). Throws GenerationError for diagrams

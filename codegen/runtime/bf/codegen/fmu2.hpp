@@ -53,6 +53,17 @@ bool for_each(FmuInstance& instance, const char* function, Kind kind, const fmi2
     return true;
 }
 
+/// Those of a call that asks for derivatives.
+inline bool elements(FmuInstance& instance, const char* function, const fmi2ValueReference* references,
+                     std::size_t count, FmuElements& to) {
+    for (std::size_t i = 0; i < count; ++i) {
+        const auto* const e = instance.variables.element(references[i]);
+        if (!e) return has_none(instance, function, references[i]);
+        to.push_back({e->variable, FmuVariables::place(instance.variables.variable_of(*e), e->element)});
+    }
+    return are_differentiable(instance, fmu_tables, function, to, count);
+}
+
 template <class T>
 fmi2Status get(fmi2Component handle, const char* function, Kind kind, const fmi2ValueReference* references,
                std::size_t count, T* values) noexcept {
@@ -189,8 +200,17 @@ BF_FMI_FUNCTION(fmi2NewDiscreteStates, (fmi2Component handle, fmi2EventInfo* inf
 using bf_fmi2_references = const fmi2ValueReference*;
 BF_FMI_NONE(fmi2GetString, (fmi2Component handle, bf_fmi2_references, size_t, fmi2String*))
 BF_FMI_NONE(fmi2SetString, (fmi2Component handle, bf_fmi2_references, size_t, const fmi2String*))
-BF_FMI_NONE(fmi2GetDirectionalDerivative, (fmi2Component handle, bf_fmi2_references, size_t,
-                                           bf_fmi2_references, size_t, const fmi2Real*, fmi2Real*))
+BF_FMI_FUNCTION(fmi2GetDirectionalDerivative,
+                (fmi2Component handle, bf_fmi2_references unknowns, size_t unknown_count,
+                 bf_fmi2_references knowns, size_t known_count, const fmi2Real* seed, fmi2Real* change),
+                call, get_derivatives_of, {
+                    using namespace bf::generated;
+                    FmuElements by, of;
+                    const char* const function = "fmi2GetDirectionalDerivative";
+                    return fmu2::elements(instance, function, knowns, known_count, by) &&
+                           fmu2::elements(instance, function, unknowns, unknown_count, of) &&
+                           directional(instance, fmu_tables, by, seed, of, change);
+                })
 BF_FMI_NONE(fmi2SetRealInputDerivatives,
             (fmi2Component handle, bf_fmi2_references, size_t, const fmi2Integer*, const fmi2Real*))
 BF_FMI_NONE(fmi2GetRealOutputDerivatives,

@@ -78,6 +78,17 @@ fmi3Status set(fmi3Instance handle, const char* function, Type type, const fmi3V
     });
 }
 
+/// Those of a call that asks for derivatives.
+inline bool elements(FmuInstance& instance, const char* function, const fmi3ValueReference* references,
+                     std::size_t count, std::size_t values, FmuElements& to) {
+    for (std::size_t k = 0; k < count; ++k) {
+        const auto* const v = instance.variables.variable(references[k]);
+        if (!v) return has_none(instance, function, references[k]);
+        for (int i = 0; i < v->count; ++i) to.push_back({int(references[k]), FmuVariables::place(*v, i)});
+    }
+    return are_differentiable(instance, fmu_tables, function, to, values);
+}
+
 /// An instance of that order of calls, or null.
 inline fmi3Instance make(fmi::CallOrder order, fmi3String name, fmi3String token, fmi3String resources,
                          bool is_logging, fmi3InstanceEnvironment environment,
@@ -214,8 +225,33 @@ BF_FMI_FUNCTION(fmi3GetNumberOfContinuousStates, (fmi3Instance handle, size_t* c
     return true;
 })
 
-// What this FMU has not.
 using bf_fmi3_references = const fmi3ValueReference*;
+BF_FMI_FUNCTION(fmi3GetDirectionalDerivative,
+                (fmi3Instance handle, bf_fmi3_references unknowns, size_t unknown_count,
+                 bf_fmi3_references knowns, size_t known_count, const fmi3Float64* seed, size_t seed_size,
+                 fmi3Float64* change, size_t change_size),
+                call, get_derivatives_of, {
+                    using namespace bf::generated;
+                    FmuElements by, of;
+                    const char* const function = "fmi3GetDirectionalDerivative";
+                    return fmu3::elements(instance, function, knowns, known_count, seed_size, by) &&
+                           fmu3::elements(instance, function, unknowns, unknown_count, change_size, of) &&
+                           directional(instance, fmu_tables, by, seed, of, change);
+                })
+BF_FMI_FUNCTION(fmi3GetAdjointDerivative,
+                (fmi3Instance handle, bf_fmi3_references unknowns, size_t unknown_count,
+                 bf_fmi3_references knowns, size_t known_count, const fmi3Float64* seed, size_t seed_size,
+                 fmi3Float64* change, size_t change_size),
+                call, get_derivatives_of, {
+                    using namespace bf::generated;
+                    FmuElements by, of;
+                    const char* const function = "fmi3GetAdjointDerivative";
+                    return fmu3::elements(instance, function, knowns, known_count, change_size, by) &&
+                           fmu3::elements(instance, function, unknowns, unknown_count, seed_size, of) &&
+                           adjoint(instance, fmu_tables, by, of, seed, change);
+                })
+
+// What this FMU has not.
 BF_FMI_NONE(fmi3GetUInt64, (fmi3Instance handle, bf_fmi3_references, size_t, fmi3UInt64*, size_t))
 BF_FMI_NONE(fmi3SetUInt64, (fmi3Instance handle, bf_fmi3_references, size_t, const fmi3UInt64*, size_t))
 BF_FMI_NONE(fmi3GetString, (fmi3Instance handle, bf_fmi3_references, size_t, fmi3String*, size_t))
@@ -225,11 +261,6 @@ BF_FMI_NONE(fmi3SetBinary,
             (fmi3Instance handle, bf_fmi3_references, size_t, const size_t*, const fmi3Binary*, size_t))
 BF_FMI_NONE(fmi3GetClock, (fmi3Instance handle, bf_fmi3_references, size_t, fmi3Clock*))
 BF_FMI_NONE(fmi3SetClock, (fmi3Instance handle, bf_fmi3_references, size_t, const fmi3Clock*))
-BF_FMI_NONE(fmi3GetDirectionalDerivative,
-            (fmi3Instance handle, bf_fmi3_references, size_t, bf_fmi3_references, size_t, const fmi3Float64*,
-             size_t, fmi3Float64*, size_t))
-BF_FMI_NONE(fmi3GetAdjointDerivative, (fmi3Instance handle, bf_fmi3_references, size_t, bf_fmi3_references,
-                                       size_t, const fmi3Float64*, size_t, fmi3Float64*, size_t))
 BF_FMI_NONE(fmi3GetNumberOfVariableDependencies, (fmi3Instance handle, fmi3ValueReference, size_t*))
 BF_FMI_NONE(fmi3GetVariableDependencies, (fmi3Instance handle, fmi3ValueReference, size_t*,
                                           fmi3ValueReference*, size_t*, fmi3DependencyKind*, size_t))

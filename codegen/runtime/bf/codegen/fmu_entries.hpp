@@ -2,7 +2,7 @@
 // included where BF_FMI(name) and the like are the version's names.
 #pragma once
 
-#include "bf/codegen/fmu_instance.hpp"
+#include "bf/codegen/fmu_derivatives.hpp"
 
 #include <exception>
 

@@ -223,6 +223,17 @@ class FmuInstance {
         if (!moment_.is_committed && !compute()) return false;
         return exchange_.compute_rates(model_, instant()) || fail_of_model();
     }
+    /// Sampled blocks hold what they computed.
+    bool differentiate(const FmuDerivatives& its, const std::vector<FmuDerivatives::Element>& knowns,
+                       const double* seeds, const std::vector<FmuDerivatives::Element>& unknowns,
+                       double* changes) {
+        if (exchange_.is_sampled && !moment_.is_committed)
+            return fail("derivatives are those between two steps of the model, and one is under way");
+        if (!moment_.is_committed && !compute()) return false;
+        return its.compute(model_, instant(), knowns.data(), seeds, int(knowns.size()), unknowns.data(),
+                           changes, int(unknowns.size())) ||
+               fail("the model fails here");
+    }
     /// Guards of subsystems that do not run keep away from 0.
     bool compute_crossings(double* values) {
         if (!moment_.is_committed && !compute()) return false;

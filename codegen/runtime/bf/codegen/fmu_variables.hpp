@@ -6,6 +6,7 @@
 #include "bf/run/run_c.h"
 
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <string>
@@ -41,14 +42,31 @@ struct FmuHost {
     void (*restore_blocks)(bf_run_model*, const unsigned char* from);
 };
 
+/// Exact derivatives of a model between two of its steps: of continuous states by the time, and of outputs
+/// and signals, by states and inputs.
+struct FmuDerivatives {
+    static constexpr int directions = 4; ///< at once
+    /// One of a variable, in the order of its memory.
+    struct Element {
+        int variable, element;
+    };
+    /// By the number of the variable; -1: it has no derivative.
+    const std::ptrdiff_t* places;
+    /// Of each unknown its changes along all directions, in which knowns change as much as the seeds. False
+    /// where the model fails.
+    bool (*compute)(bf_run_model*, double at, const Element* knowns, const double* seeds, int known_count,
+                    const Element* unknowns, double* changes, int unknown_count);
+};
+
 /// What an FMU does not know of its model.
 struct FmuTables {
     const bf_run_library* (*library)(void);
     const char* token; ///< of the description that belongs to this code
     const FmuVariable* variables;
     int variable_count;
-    const Exchange* exchange; ///< for model exchange, or no_exchange
-    const FmuHost* host;      ///< null: no block is made from a plugin
+    const Exchange* exchange;          ///< for model exchange, or no_exchange
+    const FmuHost* host;               ///< null: no block is made from a plugin
+    const FmuDerivatives* derivatives; ///< null: they are not known
     /// Are the signals of a step computed alike as often as they are, as long as made blocks begin alike?
     bool are_signals_repeatable;
 };

@@ -13,7 +13,8 @@ namespace bf::generated {
 /// R x C elements, column by column. One column is an ordinary array, one element an ordinary variable.
 template <class T, int R, int C> struct Matrix { T data[R * C]; };
 
-template <class T> using IfNumber = std::enable_if_t<std::is_arithmetic_v<T>>;
+template <class T> inline constexpr bool is_one_number = std::is_arithmetic_v<T>;
+template <class T> using IfNumber = std::enable_if_t<is_one_number<T>>;
 
 /// What a kernel reads.
 template <class T, class = IfNumber<T>> constexpr kernels::FixedView<const T, 1> in(const T& x) noexcept {

@@ -1,0 +1,96 @@
+// What the functions of a model call where they run on numbers with derivatives, and how changes come in and
+// go out.
+#pragma once
+
+#include "bf/codegen/fmu_variables.hpp"
+#include "bf/codegen/math.hpp"
+#include "bf/codegen/views.hpp"
+#include "bf/core/dual_kernels.hpp"
+
+#include <cstddef>
+#include <memory>
+#include <type_traits>
+
+namespace bf::generated {
+template <> inline constexpr bool is_one_number<Dual<FmuDerivatives::directions>> = true;
+}
+
+namespace bf::generated::on_numbers {
+
+using Number = Dual<FmuDerivatives::directions>;
+
+/// The functions of `math` that have derivatives, where such numbers meet literals.
+namespace math {
+#define BF_ON_NUMBERS(name)                                                                                  \
+    template <class... T> auto name(const T&... x) noexcept {                                                \
+        using Common = std::common_type_t<T...>;                                                             \
+        return generated::math::name(Common(x)...);                                                          \
+    }
+BF_ON_NUMBERS(absolute)
+BF_ON_NUMBERS(add)
+BF_ON_NUMBERS(clamp)
+BF_ON_NUMBERS(divide)
+BF_ON_NUMBERS(maximum)
+BF_ON_NUMBERS(minimum)
+BF_ON_NUMBERS(multiply)
+BF_ON_NUMBERS(negate)
+BF_ON_NUMBERS(power)
+BF_ON_NUMBERS(subtract)
+BF_ON_NUMBERS(sqrt)
+BF_ON_NUMBERS(signed_sqrt)
+BF_ON_NUMBERS(reciprocal_sqrt)
+BF_ON_NUMBERS(exp)
+BF_ON_NUMBERS(log)
+BF_ON_NUMBERS(log10)
+BF_ON_NUMBERS(pow10)
+BF_ON_NUMBERS(sin)
+BF_ON_NUMBERS(cos)
+BF_ON_NUMBERS(tan)
+BF_ON_NUMBERS(asin)
+BF_ON_NUMBERS(acos)
+BF_ON_NUMBERS(atan)
+BF_ON_NUMBERS(sinh)
+BF_ON_NUMBERS(cosh)
+BF_ON_NUMBERS(tanh)
+BF_ON_NUMBERS(asinh)
+BF_ON_NUMBERS(acosh)
+BF_ON_NUMBERS(atanh)
+BF_ON_NUMBERS(floor)
+BF_ON_NUMBERS(ceil)
+BF_ON_NUMBERS(round)
+BF_ON_NUMBERS(fix)
+BF_ON_NUMBERS(atan2)
+BF_ON_NUMBERS(hypot)
+#undef BF_ON_NUMBERS
+} // namespace math
+
+// Values that do not change.
+inline void copy(Number& to, double from) noexcept { to = from; }
+template <class T> void copy(T& to, const T& from) noexcept { to = from; }
+template <class To, class T, int N> void copy(To (&to)[N], const T (&from)[N]) noexcept {
+    for (int i = 0; i < N; ++i) copy(to[i], from[i]);
+}
+template <class To, class T, int R, int C>
+void copy(Matrix<To, R, C>& to, const Matrix<T, R, C>& from) noexcept {
+    copy(to.data, from.data);
+}
+
+/// FmuDerivatives::compute of a model by its functions on numbers.
+template <class Model, class OnNumbers>
+bool compute(bf_run_model* model, double at, const FmuDerivatives::Element* knowns, const double* seeds,
+             int known_count, const FmuDerivatives::Element* unknowns, double* changes, int unknown_count) {
+    const auto its = std::make_unique<OnNumbers>();
+    its->begin(*reinterpret_cast<const Model*>(model), at);
+    const auto number = [&](const FmuDerivatives::Element& e) -> Number& {
+        return reinterpret_cast<Number*>(reinterpret_cast<char*>(its.get()) +
+                                         OnNumbers::places[e.variable])[e.element];
+    };
+    for (int k = 0; k < known_count; ++k)
+        for (const int d : {0, 1, 2, 3}) number(knowns[k]).slope[std::size_t(d)] = seeds[4 * k + d];
+    if (!its->compute()) return false;
+    for (int u = 0; u < unknown_count; ++u)
+        for (const int d : {0, 1, 2, 3}) changes[4 * u + d] = number(unknowns[u]).slope[std::size_t(d)];
+    return true;
+}
+
+} // namespace bf::generated::on_numbers

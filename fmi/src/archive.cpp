@@ -163,7 +163,7 @@ void extract(const fs::path& archive, const fs::path& folder, const ArchiveLimit
     });
 }
 
-Description description_of(const fs::path& archive) {
+Description description_of(const fs::path& archive, const Structure& structure) {
     std::string xml;
     bool is_there = false;
     for_each(archive, {}, fmu_archive, [&](const fs::path& path, bool is_folder, const Read& read) {
@@ -178,7 +178,7 @@ Description description_of(const fs::path& archive) {
     });
     if (!is_there)
         refuse(archive, "it has no modelDescription.xml, which every FMU has (FMI 3.0, section 2.5)");
-    return read_description(xml, archive.string());
+    return read_description(xml, archive.string(), structure);
 }
 
 fs::path find_fmu(const std::string& name) {

@@ -25,6 +25,8 @@ namespace bf::fmi {
 // Of those that say that they have them.
 #define BF_FMI2_DERIVATIVES(f) f(fmi2GetDirectionalDerivative)
 #define BF_FMI3_DERIVATIVES(f) f(fmi3GetDirectionalDerivative)
+// Where a structure is given.
+#define BF_FMI3_CONFIGURATION(f) f(fmi3EnterConfigurationMode) f(fmi3ExitConfigurationMode)
 #define BF_FMI2_CO_SIMULATION(f) f(fmi2DoStep)
 #define BF_FMI3_CO_SIMULATION(f) f(fmi3InstantiateCoSimulation) f(fmi3DoStep)
 #define BF_FMI2_MODEL_EXCHANGE(f)                                                                            \
@@ -44,6 +46,7 @@ struct Library::Functions {
     BF_FMI3_FUNCTIONS(BF_FMI_FUNCTION)
     BF_FMI2_DERIVATIVES(BF_FMI_FUNCTION)
     BF_FMI3_DERIVATIVES(BF_FMI_FUNCTION)
+    BF_FMI3_CONFIGURATION(BF_FMI_FUNCTION)
     BF_FMI2_CO_SIMULATION(BF_FMI_FUNCTION)
     BF_FMI3_CO_SIMULATION(BF_FMI_FUNCTION)
     BF_FMI2_MODEL_EXCHANGE(BF_FMI_FUNCTION)

@@ -128,7 +128,27 @@ LocalInstance::LocalInstance(const Library& library, const std::string& name, Lo
     if (!instance_)
         throw FmuError(library.archive_.string() + ": it makes no instance" +
                        (logged_[0] ? std::string(": ") + logged_ : std::string()) + library.without_tool());
+    if (!configure()) throw FmuError(failure_);
     if (!steps) count_states();
+}
+
+/// Gives structural parameters their values, of an instance that is new or begun anew.
+bool LocalInstance::configure() noexcept {
+    if (library_.structure_.empty()) return true;
+    if (!may(Call::enter_configuration, "fmi3EnterConfigurationMode") ||
+        !done(Call::enter_configuration, "fmi3EnterConfigurationMode",
+              f_.fmi3EnterConfigurationMode(instance_)))
+        return false;
+    for (const auto& v : library_.description_.variables) {
+        if (!library_.structure_.contains(v.name)) continue;
+        const auto value = static_cast<std::uint64_t>(v.start.front());
+        if (!may(Call::set_values, "fmi3SetUInt64") ||
+            !done(Call::set_values, "fmi3SetUInt64", f_.fmi3SetUInt64(instance_, &v.reference, 1, &value, 1)))
+            return false;
+    }
+    return may(Call::exit_configuration, "fmi3ExitConfigurationMode") &&
+           done(Call::exit_configuration, "fmi3ExitConfigurationMode",
+                f_.fmi3ExitConfigurationMode(instance_));
 }
 
 /// From the description; an FMU of FMI 3.0 says it, too.
@@ -249,7 +269,7 @@ bool LocalInstance::exit_initialization() noexcept {
     return BF_FMI_BOTH(Call::exit_initialization, ExitInitializationMode, instance_);
 }
 bool LocalInstance::terminate() noexcept { return BF_FMI_BOTH(Call::terminate, Terminate, instance_); }
-bool LocalInstance::reset() noexcept { return BF_FMI_BOTH(Call::reset, Reset, instance_); }
+bool LocalInstance::reset() noexcept { return BF_FMI_BOTH(Call::reset, Reset, instance_) && configure(); }
 
 bool LocalInstance::do_step(double time, double step) noexcept {
     if (order_.version() == 2)

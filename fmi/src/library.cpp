@@ -149,9 +149,10 @@ std::string list_of(const fs::path& folder) {
 
 } // namespace
 
-Library::Library(const fs::path& archive, Kind kind)
-    : archive_(archive), kind_(kind), description_(fmi::description_of(archive)),
-      folder_(archive.stem().string()), functions_(std::make_unique<Functions>()) {
+Library::Library(const fs::path& archive, Kind kind, const Structure& structure)
+    : archive_(archive), kind_(kind), structure_(structure),
+      description_(fmi::description_of(archive, structure)), folder_(archive.stem().string()),
+      functions_(std::make_unique<Functions>()) {
     if (!interface())
         throw FmuError(archive.string() + (kind == Kind::co_simulation ? ": it is for model exchange alone"
                                                                        : ": it is for co-simulation alone"));
@@ -188,6 +189,9 @@ Library::Library(const fs::path& archive, Kind kind)
     } else {
         BF_FMI3_FUNCTIONS(BF_FMI_LOAD)
         if (interface()->has_derivatives) BF_FMI3_DERIVATIVES(BF_FMI_LOAD)
+        if (!structure.empty()) {
+            BF_FMI3_CONFIGURATION(BF_FMI_LOAD)
+        }
         if (steps) {
             BF_FMI3_CO_SIMULATION(BF_FMI_LOAD)
         } else {

@@ -8,7 +8,7 @@ namespace bf::fmi {
 std::vector<std::string> block_names(const Description& d, Kind kind) {
     // Arguments of the blocks, and what model exchange has besides; what a model says of any block is no
     // parameter.
-    std::set<std::string> taken{"fmu", "process", "timeout"};
+    std::set<std::string> taken{"fmu", "structure", "process", "timeout"};
     const std::set<std::string> said_of_blocks{"block", "doc", "period", "offset", "when"};
     if (kind == Kind::model_exchange) taken.insert({"states", "indicators", "event"});
     std::vector<std::string> names;

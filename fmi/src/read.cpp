@@ -18,7 +18,8 @@ constexpr std::int64_t largest_array = 10'000'000, all_elements = 100'000'000;
 
 class Reader : XmlReader {
   public:
-    explicit Reader(const std::string& fmu) : XmlReader(fmu, "modelDescription.xml") {}
+    Reader(const std::string& fmu, const Structure& structure)
+        : XmlReader(fmu, "modelDescription.xml"), structure_(structure) {}
     Description read(const std::string& xml);
 
   private:
@@ -35,12 +36,14 @@ class Reader : XmlReader {
 
     Interface interface(const Element* e) const;
     void read_types(const Element* root);
+    void set_structure();
     void read_variables(const Element* root);
     void read_variable(const Element* e, const Element* its_type);
     void read_start(Variable& v, const Element* its_type);
     void read_structure(const Element* root);
     int variable_of(const Element* e, const char* name, const std::string& value) const;
 
+    const Structure& structure_;
     Description d_;
     std::map<std::string, const Element*> types_; ///< by their name
     std::map<std::uint32_t, int> by_reference_;   ///< of FMI 3.0
@@ -168,10 +171,12 @@ void Reader::read_variables(const Element* root) {
             refuse(e, "two variables have the reference " + std::to_string(v.reference) +
                           section("2.2.7", "2.4.7"));
     }
+    set_structure();
     // Sizes, which other variables may give, then what needs them.
     for (std::size_t i = 0; i < places.size(); ++i) {
         Variable& v = d_.variables[i];
         std::int64_t count = 1;
+        bool is_changed = false; // its size
         for (const auto* size = places[i]->FirstChildElement("Dimension"); size;
              size = size->NextSiblingElement("Dimension")) {
             double rows = 0;
@@ -182,6 +187,7 @@ void Reader::read_variables(const Element* root) {
                     refuse(size, "the size of '" + v.name + "' is '" + other.name +
                                      "', which has no start value" + section("", "2.4.7.5.1"));
                 rows = other.start.front();
+                is_changed = is_changed || structure_.contains(other.name);
             } else {
                 rows = number(size, "start", needed(size, "start"));
             }
@@ -195,6 +201,7 @@ void Reader::read_variables(const Element* root) {
         elements_ += count;
         if (elements_ > all_elements)
             refuse(places[i], "its variables have more elements than fit into memory");
+        if (is_changed && v.start.size() > 1) v.start = {0};
         if (v.start.size() == 1 && count != 1)
             v.start.assign(static_cast<std::size_t>(count), v.start.front());
         if (!v.start.empty() && v.start.size() != static_cast<std::size_t>(count))
@@ -203,6 +210,33 @@ void Reader::read_variables(const Element* root) {
                                   section("2.2.7", "2.4.7"));
         const std::string derivative = text(places[i], "derivative");
         if (!derivative.empty()) v.derivative_of = variable_of(places[i], "derivative", derivative);
+    }
+}
+
+/// Structural parameters have the values that the importer gives them in the Configuration Mode (FMI 3.0,
+/// section 2.4.7.5.1).
+void Reader::set_structure() {
+    for (const auto& [name, value] : structure_) {
+        const auto is_structural = [](const Variable& v) {
+            return v.causality == Causality::structural_parameter && v.type == Type::uint64;
+        };
+        const auto found = std::find_if(d_.variables.begin(), d_.variables.end(), [&](const Variable& v) {
+            return v.name == name && is_structural(v);
+        });
+        if (found == d_.variables.end()) {
+            std::string known;
+            for (const auto& v : d_.variables)
+                if (is_structural(v)) known += (known.empty() ? "" : ", ") + v.name;
+            refuse(nullptr, "'" + shown(name) + "' is no structural parameter; " +
+                                (known.empty() ? std::string("it has none") : "there are: " + shown(known)));
+        }
+        const double minimum = std::max(0.0, found->minimum.value_or(0)),
+                     maximum = found->maximum.value_or(static_cast<double>(largest_array));
+        if (!(value >= minimum && value <= maximum) || value != std::floor(value))
+            refuse(nullptr, "the structural parameter '" + shown(name) + "' must be a whole number from " +
+                                number_text(minimum) + " to " + number_text(maximum) + ", but is " +
+                                number_text(value));
+        found->start = {value};
     }
 }
 
@@ -293,6 +327,8 @@ Description Reader::read(const std::string& xml) {
 
 } // namespace
 
-Description read_description(const std::string& xml, const std::string& fmu) { return Reader(fmu).read(xml); }
+Description read_description(const std::string& xml, const std::string& fmu, const Structure& structure) {
+    return Reader(fmu, structure).read(xml);
+}
 
 } // namespace bf::fmi

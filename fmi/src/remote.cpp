@@ -153,10 +153,10 @@ class Server {
   public:
     Server(int file, char* doing) : end_(file), doing_(doing) {}
 
-    void run(const fs::path& archive, Kind kind, const std::string& name) {
+    void run(const fs::path& archive, Kind kind, const Structure& structure, const std::string& name) {
         try {
             std::snprintf(doing_, LocalInstance::longest_name, "its opening");
-            const Library library(archive, kind);
+            const Library library(archive, kind, structure);
             version_ = library.description().version;
             LocalInstance instance(
                 library, name,
@@ -270,10 +270,12 @@ class Server {
 
 class RemoteInstance final : public Instance {
   public:
-    RemoteInstance(const fs::path& archive, Kind kind, const std::string& name, double timeout, Log log)
-        : RemoteInstance(archive, fmi::description_of(archive), kind, name, timeout, std::move(log)) {}
+    RemoteInstance(const fs::path& archive, Kind kind, const Structure& structure, const std::string& name,
+                   double timeout, Log log)
+        : RemoteInstance(archive, fmi::description_of(archive, structure), kind, structure, name, timeout,
+                         std::move(log)) {}
     RemoteInstance(const fs::path& archive, const Description& description, Kind kind,
-                   const std::string& name, double timeout, Log log)
+                   const Structure& structure, const std::string& name, double timeout, Log log)
         : Instance(archive.filename().string(), description.version), folder_(archive.stem().string()),
           timeout_(timeout), log_(std::move(log)) {
         void* const page = ::mmap(nullptr, LocalInstance::longest_name, PROT_READ | PROT_WRITE,
@@ -284,7 +286,7 @@ class RemoteInstance final : public Instance {
         doing_ = static_cast<char*>(page);
         std::fflush(nullptr);
         child_ = ::fork();
-        if (child_ == 0) serve(files[1], archive, kind, name);
+        if (child_ == 0) serve(files[1], archive, kind, structure, name);
         ::close(files[1]);
         file_ = files[0];
         end_ = End(file_);
@@ -369,14 +371,15 @@ class RemoteInstance final : public Instance {
 
   private:
     /// In the new process, which ends here.
-    [[noreturn]] void serve(int file, const fs::path& archive, Kind kind, const std::string& name) noexcept {
+    [[noreturn]] void serve(int file, const fs::path& archive, Kind kind, const Structure& structure,
+                            const std::string& name) noexcept {
         ::prctl(PR_SET_PDEATHSIG, SIGKILL);
         for (const int signal : {SIGINT, SIGTERM}) ::signal(signal, SIG_IGN); // who asked for it ends it
         for (const int signal : {SIGSEGV, SIGABRT, SIGFPE, SIGBUS, SIGILL}) ::signal(signal, SIG_DFL);
         ::dup2(file, 3);
         ::close_range(4, ~0u, 0);
         ::setenv("TMPDIR", folder_.path().c_str(), 1);
-        Server(3, doing_).run(archive, kind, name);
+        Server(3, doing_).run(archive, kind, structure, name);
         ::_exit(0);
     }
 
@@ -489,8 +492,9 @@ class RemoteInstance final : public Instance {
 } // namespace
 
 std::unique_ptr<Instance> make_remote_instance(const fs::path& archive, Kind kind, const std::string& name,
-                                               double timeout, Instance::Log log) {
-    return std::make_unique<RemoteInstance>(archive, kind, name, timeout, std::move(log));
+                                               double timeout, Instance::Log log,
+                                               const Structure& structure) {
+    return std::make_unique<RemoteInstance>(archive, kind, structure, name, timeout, std::move(log));
 }
 
 } // namespace bf::fmi

@@ -9,7 +9,8 @@
 #endif
 
 typedef struct {
-    int steps;
+    int steps, is_configuring, is_configured;
+    size_t n; /* rows of v */
     fmi3InstanceEnvironment environment;
     fmi3LogMessageCallback log;
 } Odd;
@@ -28,6 +29,7 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
     return NULL;
 #endif
     Odd* odd = calloc(1, sizeof *odd);
+    odd->n = 2;
     odd->environment = environment;
     odd->log = log;
     return odd;
@@ -53,7 +55,29 @@ fmi3Status fmi3ExitInitializationMode(fmi3Instance i) {
     return fmi3OK;
 }
 fmi3Status fmi3Terminate(fmi3Instance i) { return fmi3OK; }
-fmi3Status fmi3Reset(fmi3Instance i) { return fmi3OK; }
+fmi3Status fmi3Reset(fmi3Instance i) {
+    ((Odd*)i)->n = 2;
+    return fmi3OK;
+}
+
+#ifndef WITHOUT_CONFIGURATION
+fmi3Status fmi3EnterConfigurationMode(fmi3Instance i) {
+    ((Odd*)i)->is_configuring = 1;
+    return fmi3OK;
+}
+fmi3Status fmi3ExitConfigurationMode(fmi3Instance i) {
+    Odd* odd = i;
+    odd->is_configuring = 0;
+    odd->is_configured = 1;
+    return fmi3OK;
+}
+#endif
+fmi3Status fmi3SetUInt64(fmi3Instance i, const fmi3ValueReference* r, size_t n, const fmi3UInt64* values, size_t size) {
+    Odd* odd = i;
+    if (!odd->is_configuring || n != 1 || r[0] != 1 || size != 1 || values[0] > 5) return fmi3Error;
+    odd->n = values[0];
+    return fmi3OK;
+}
 
 #ifndef WITHOUT_STEP
 fmi3Status fmi3DoStep(fmi3Instance i, fmi3Float64 time, fmi3Float64 step, fmi3Boolean forgets, fmi3Boolean* event,
@@ -93,7 +117,7 @@ fmi3Status fmi3GetFloat64(fmi3Instance i, const fmi3ValueReference* r, size_t n,
 }
 fmi3Status fmi3GetFloat32(fmi3Instance i, const fmi3ValueReference* r, size_t n, fmi3Float32* values, size_t size) {
     for (size_t k = 0; k < size; ++k) values[k] = (float)k;
-    return fmi3OK;
+    return ((Odd*)i)->is_configured && size != ((Odd*)i)->n * 3 ? fmi3Error : fmi3OK;
 }
 fmi3Status fmi3GetInt64(fmi3Instance i, const fmi3ValueReference* r, size_t n, fmi3Int64* values, size_t size) {
     for (size_t k = 0; k < size; ++k) values[k] = 2;
@@ -125,7 +149,6 @@ NONE(fmi3SetInt32, const fmi3Int32*)
 NONE(fmi3GetUInt32, fmi3UInt32*)
 NONE(fmi3SetUInt32, const fmi3UInt32*)
 NONE(fmi3SetInt64, const fmi3Int64*)
-NONE(fmi3SetUInt64, const fmi3UInt64*)
 NONE(fmi3GetBoolean, fmi3Boolean*)
 NONE(fmi3SetBoolean, const fmi3Boolean*)
 fmi3Status fmi3GetFMUState(fmi3Instance i, fmi3FMUState* s) { return fmi3Error; }

@@ -203,6 +203,11 @@ class SystemExporter {
         const auto n = diagram_.find_node(path);
         const auto& node = diagram_.nodes[static_cast<std::size_t>(n)];
         const auto kind = block.type == "FMI/FMU" ? fmi::Kind::co_simulation : fmi::Kind::model_exchange;
+        for (const auto& [argument, value] : node.arguments)
+            if (argument == "structure" && !value.texts.empty())
+                refuse("'" + path +
+                       "' gives structural parameters of its FMU values, which a system does not hold "
+                       "here; export an FMU with these sizes");
         const std::string name = fmu_name(node);
         const fs::path file = fmi::find_fmu(name);
         const auto description = fmi::description_of(file);

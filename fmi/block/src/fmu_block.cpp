@@ -1,6 +1,7 @@
 #include "fmu_block.hpp"
 
 #include "BlockFactory/Core/Log.h"
+#include "bf/base/numbers.hpp"
 
 #include <algorithm>
 #include <cstdio>
@@ -100,8 +101,9 @@ namespace {
 constexpr std::size_t header = 2 + sizeof(Running::Memory) / sizeof(double); ///< numbers before the bytes
 } // namespace
 
-Running::Running(std::filesystem::path archive, const Description& d, Kind kind, double timeout)
-    : archive_(std::move(archive)), kind_(kind), timeout_(timeout) {
+Running::Running(std::filesystem::path archive, const Description& d, Kind kind, Structure structure,
+                 double timeout)
+    : archive_(std::move(archive)), kind_(kind), structure_(std::move(structure)), timeout_(timeout) {
     const auto& its = kind == Kind::co_simulation ? d.co_simulation : d.model_exchange;
     can_save_ = its && its->has_state && its->can_serialize;
 }
@@ -135,9 +137,9 @@ void Running::open() {
         if (status != 0) bfWarning << name << ": " << text;
     };
     if (timeout_ > 0) {
-        instance = make_remote_instance(archive_, kind_, name, timeout_, log);
+        instance = make_remote_instance(archive_, kind_, name, timeout_, log, structure_);
     } else {
-        if (!library_) library_ = std::make_unique<Library>(archive_, kind_);
+        if (!library_) library_ = std::make_unique<Library>(archive_, kind_, structure_);
         instance = std::make_unique<LocalInstance>(*library_, name, log);
     }
     memory = {};
@@ -160,12 +162,13 @@ Status Running::failure(const char* text) noexcept {
 
 FmuBlock::FmuBlock(const Arguments& arguments, Kind kind)
     : Block(arguments), running_(this, [this, kind] {
-          return std::make_shared<Running>(archive_, description_, kind, *process == "own" ? *timeout : 0.0);
+          return std::make_shared<Running>(archive_, description_, kind, structure_of_arguments(),
+                                           *process == "own" ? *timeout : 0.0);
       }) {
     if (fmu->empty()) return; // described without a model
     try {
         archive_ = find_fmu(*fmu);
-        auto described = fmi::description_of(archive_);
+        auto described = fmi::description_of(archive_, structure_of_arguments());
         if (!(kind == Kind::co_simulation ? described.co_simulation : described.model_exchange))
             throw FmuError(archive_.string() +
                            (kind == Kind::co_simulation
@@ -177,6 +180,18 @@ FmuBlock::FmuBlock(const Arguments& arguments, Kind kind)
     } catch (const FmuError& error) {
         problem(error.what());
     }
+}
+
+Structure FmuBlock::structure_of_arguments() const {
+    Structure all;
+    for (const auto& item : *structure) {
+        const auto at = item.rfind('=');
+        const auto value = at == std::string::npos ? std::nullopt : number_of(item.substr(at + 1));
+        if (!value || at == 0)
+            throw FmuError("'structure' has '" + item + "', which gives no parameter a number; write n=3");
+        all[item.substr(0, at)] = *value;
+    }
+    return all;
 }
 
 bool FmuBlock::feedthrough(int output, int input) const {

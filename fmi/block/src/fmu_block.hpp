@@ -55,7 +55,8 @@ class Transfer {
 class Running {
   public:
     /// `timeout`: s that a call may take in a process of the FMU's own; 0: it has none.
-    Running(std::filesystem::path archive, const Description& d, Kind kind, double timeout);
+    Running(std::filesystem::path archive, const Description& d, Kind kind, Structure structure,
+            double timeout);
 
     bool can_save() const { return can_save_; }
     std::size_t state_size();
@@ -72,6 +73,7 @@ class Running {
   private:
     std::filesystem::path archive_;
     Kind kind_;
+    Structure structure_;
     double timeout_;
     std::unique_ptr<Library> library_; // outlives the instance
     bool can_save_;
@@ -102,6 +104,10 @@ class FmuBlock : public Block {
     bf::Argument<std::string> fmu{
         this, "fmu", {.doc = "file of the FMU, in a folder that plugins are taken from (--plugin-path)"}};
 
+    bf::Argument<std::vector<std::string>> structure{
+        this,
+        "structure",
+        {.doc = "values of structural parameters, which decide the sizes of ports: [n=3, m=2]"}};
     bf::Argument<std::string> process{this,
                                       "process",
                                       {.initial = "shared",
@@ -122,6 +128,7 @@ class FmuBlock : public Block {
   private:
     bool depends(int output, int input) const;
     void declare_ports(Kind kind);
+    Structure structure_of_arguments() const; ///< throws FmuError
     template <Role role> Port declare(int number, const Variable& v, const std::string& name);
 
     std::filesystem::path archive_;

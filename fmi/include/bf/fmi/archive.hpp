@@ -53,7 +53,7 @@ void extract(const std::filesystem::path& archive, const std::filesystem::path& 
              const ArchiveLimits& limits = {}, const ArchiveKind& kind = fmu_archive);
 
 /// The description alone. Throws FmuError.
-Description description_of(const std::filesystem::path& archive);
+Description description_of(const std::filesystem::path& archive, const Structure& structure = {});
 
 /// Where an FMU of that name is. It is a program, and where programs are taken from is for the user to say:
 /// it is looked for in the folders of BLOCKFACTORY_PLUGIN_PATH, then in the folder fmus beside the program,

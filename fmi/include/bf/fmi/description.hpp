@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -119,9 +120,13 @@ std::string to_xml(const Description& description);
 /// quotes, letters outside of ASCII as their bytes of UTF-8: "ü" is '{C3BC}'.
 std::string structured_name(const std::string& path);
 
+/// Values of structural parameters, by which arrays have other sizes than the description gives them first.
+using Structure = std::map<std::string, double>;
+
 /// Reads the description of an FMU, as which messages name it. It is taken as hostile: throws FmuError for
-/// what is no such document, is larger than `description_limit`, or contradicts itself.
-Description read_description(const std::string& xml, const std::string& fmu);
+/// what is no such document, is larger than `description_limit`, or contradicts itself, and for a structure
+/// that it has not. Arrays whose size it changes start with zeros.
+Description read_description(const std::string& xml, const std::string& fmu, const Structure& structure = {});
 inline constexpr std::size_t description_limit = 64u << 20u; ///< bytes
 
 } // namespace bf::fmi

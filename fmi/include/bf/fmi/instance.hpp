@@ -26,7 +26,8 @@ class Library {
   public:
     /// Extracts and opens it. Throws FmuError, also where it is not of that kind, has none for this machine
     /// or lacks functions that every importer needs.
-    explicit Library(const std::filesystem::path& archive, Kind kind = Kind::co_simulation);
+    explicit Library(const std::filesystem::path& archive, Kind kind = Kind::co_simulation,
+                     const Structure& structure = {});
     ~Library();
     Library(const Library&) = delete;
     Library& operator=(const Library&) = delete;
@@ -49,6 +50,7 @@ class Library {
     friend class LocalInstance;
     std::filesystem::path archive_;
     Kind kind_;
+    Structure structure_;
     Description description_;
     TemporaryFolder folder_;
     void* handle_ = nullptr;
@@ -195,6 +197,7 @@ class LocalInstance final : public Instance {
     bool may(Call call, const char* function) noexcept;
     void note(const char* function) noexcept;
     bool done(Call call, const char* function, int status) noexcept;
+    bool configure() noexcept;
     void count_states();
     template <class F> bool get_row(Call call, const char* function, double* to, int count, F&& f) noexcept;
     static void log_3(void* self, int status, const char* category, const char* text);
@@ -218,6 +221,7 @@ class LocalInstance final : public Instance {
 /// One in a process of its own, which brings its library along. A crash and a call that does not return
 /// within `timeout` s are failures. Throws FmuError.
 std::unique_ptr<Instance> make_remote_instance(const std::filesystem::path& archive, Kind kind,
-                                               const std::string& name, double timeout, Instance::Log log);
+                                               const std::string& name, double timeout, Instance::Log log,
+                                               const Structure& structure = {});
 
 } // namespace bf::fmi

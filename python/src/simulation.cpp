@@ -71,6 +71,7 @@ int traverse(PyObject* self, visitproc visit, void* arg) {
     return 0;
 }
 int clear(PyObject* self) {
+    if (!nb::inst_ready(self)) return 0;
     PythonRun& run = *nb::inst_ptr<PythonRun>(self);
     const auto functions = std::stable_partition(run.observers.begin(), run.observers.end(),
                                                  [](const auto& o) { return !function_of(*o).is_valid(); });

@@ -1,9 +1,11 @@
 #include "bf/analysis/trim.hpp"
 
 #include "bf/analysis/linearize.hpp"
+#include "bf/base/numbers.hpp"
 #include "bf/core/registry.hpp"
 #include "look.hpp"
 
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <exception>
@@ -95,8 +97,15 @@ class Trim {
         // Without this KINSOL goes on by at most 1, and that five times, where it begins at 0.
         KINSetMaxNewtonStep(memory.get(), 1e9);
         KINSetNumMaxIters(memory.get(), 200);
+        const auto found = [&] { return Vector(Eigen::Map<Vector>(N_VGetArrayPointer(z.get()), n)); };
+        const Vector begin = found();
         static_cast<void>(KINSol(memory.get(), z.get(), KIN_LINESEARCH, ones.get(), ones.get()));
         if (error_) std::rethrow_exception(error_);
+        // It looks at the size of residuals, which is small where everything is slow; gives up where the
+        // equations say nothing of some number; and may creep along a valley out of which a whole step leads.
+        for (const auto& [from, is_damped] : {std::pair(found(), false), {begin, false}, {begin, true}})
+            if (const auto rest = newton(from, is_damped); rest && is_solution(*rest))
+                return finish(rest->data());
         return finish(N_VGetArrayPointer(z.get()));
     }
 
@@ -147,6 +156,11 @@ class Trim {
         return a.end.node == b.end.node && a.end.slot == b.end.slot && a.element == b.element;
     }
 
+    [[noreturn]] static void refuse_twice(const Variable& v, const char* what, double a, double b) {
+        throw RunError("'" + v.name + "' is " + what + " " + number_text(a) + " and " + number_text(b) +
+                       "; give one of them");
+    }
+
     void find_variables(const TrimOptions& options) {
         std::vector<Variable> inputs, signals;
         for (int n = 0; n < static_cast<int>(d_.nodes.size()); ++n) {
@@ -181,8 +195,10 @@ class Trim {
         all.insert(all.end(), inputs.begin(), inputs.end());
         for (const auto& [name, x] : options.hold)
             for (const auto& v : named(all, name, "state or input")) {
-                std::erase_if(unknowns_, [&](const Variable& u) { return is_same(u, v); });
                 std::erase(inputs_, v.name);
+                for (const auto& [other, value] : held_)
+                    if (is_same(other, v)) refuse_twice(v, "held at", value, x);
+                std::erase_if(unknowns_, [&](const Variable& u) { return is_same(u, v); });
                 held_.emplace_back(v, x);
             }
         for (const auto& [name, lower, upper] : options.bounds) {
@@ -193,6 +209,8 @@ class Trim {
         }
         for (const auto& [name, x] : options.target)
             for (const auto& v : named(signals, name, "signal")) {
+                for (std::size_t i = 0; i < targets_.size(); ++i)
+                    if (is_same(targets_[i], v)) refuse_twice(v, "to be", wanted_[i], x);
                 targets_.push_back(v);
                 wanted_.push_back(x);
             }
@@ -257,6 +275,7 @@ class Trim {
         LinearizeOptions options{.from = inputs_, .at_once = true};
         for (const auto& v : targets_) options.to.push_back(v.name);
         const auto system = linearize(run_, options);
+        system_held_ = system.held;
         Matrix all(states_.size() + targets_.size(), unknowns_.size());
         // linearize also has the states that keep theirs.
         std::vector<Eigen::Index> rows;
@@ -293,16 +312,74 @@ class Trim {
         }
     }
 
+    Vector sizes(const double* z) const {
+        Vector all(static_cast<Eigen::Index>(unknowns_.size()));
+        for (std::size_t i = 0; i < unknowns_.size(); ++i)
+            all[static_cast<Eigen::Index>(i)] = std::max(1.0, std::abs(unknowns_[i].outward(z[i])));
+        return all;
+    }
+
+    /// Newton steps until they change nothing more, of which the shortest is taken where the equations leave
+    /// several; damped ones are cut until the next one would be shorter, which does not depend on how
+    /// equations are scaled. None: they do not come to an end. Source: Deuflhard, Newton Methods for
+    /// Nonlinear Problems, §3.2, the natural monotonicity test.
+    std::optional<Vector> newton(Vector z, bool is_damped) {
+        constexpr int most_steps = 60;
+        try {
+            for (int k = 0; k < most_steps; ++k) {
+                const auto left = residuals(z.data());
+                if (!left) return std::nullopt;
+                const Vector scale = sizes(z.data());
+                Matrix by = slopes(z.data()) * scale.asDiagonal();
+                Vector measure = by.rowwise().lpNorm<Eigen::Infinity>(); // each equation has its own
+                measure = (measure.array() > 0).select(measure.cwiseInverse(), 1);
+                by = measure.asDiagonal() * by;
+                const auto solver = by.completeOrthogonalDecomposition();
+                const auto correction = [&](const std::vector<double>& r) -> Vector {
+                    return solver.solve(measure.cwiseProduct(Eigen::Map<const Vector>(r.data(), by.rows())));
+                };
+                const Vector step = correction(*left);
+                if (!step.allFinite()) return std::nullopt;
+                double part = 1;
+                const auto is_nearer = [&] {
+                    const auto next = residuals(Vector(z - part * scale.cwiseProduct(step)).data());
+                    return next && correction(*next).norm() <= (1 - part / 4) * step.norm();
+                };
+                while (is_damped && part > 1e-9 && !is_nearer()) part /= 2;
+                z -= part * scale.cwiseProduct(step);
+                if (part == 1 && step.cwiseAbs().maxCoeff() < 1e-13) return z;
+            }
+        } catch (const RunError&) { // it has no derivative there
+        }
+        return std::nullopt;
+    }
+
+    /// What is left must be small beside what small changes of the numbers make: where it is no more changed
+    /// by them, as far along an asymptote, it is not.
+    bool is_solution(const Vector& z) {
+        const auto left = residuals(z.data());
+        return left && is_small(*left, z.data());
+    }
+    bool is_small(const std::vector<double>& left, const double* z) {
+        Vector scale;
+        const Vector all = sizes(z);
+        try {
+            if (!unknowns_.empty()) scale = slopes(z).cwiseAbs() * all;
+        } catch (const RunError&) { // it has no derivative right there, as a root at 0
+            scale = Vector::Constant(static_cast<Eigen::Index>(left.size()), all.maxCoeff());
+        }
+        for (std::size_t i = 0; i < left.size(); ++i)
+            if (!(std::abs(left[i]) <= 1e-7 * scale[static_cast<Eigen::Index>(i)] + 1e-10)) return false;
+        return true;
+    }
+
     TrimResult finish(const double* z) {
         const auto there = residuals(z);
         if (!there) fail_there();
         const auto& left = *there;
         TrimResult result;
-        Vector sizes(static_cast<Eigen::Index>(unknowns_.size()));
-        for (std::size_t i = 0; i < unknowns_.size(); ++i) {
+        for (std::size_t i = 0; i < unknowns_.size(); ++i)
             result.free.emplace_back(unknowns_[i].name, unknowns_[i].outward(z[i]));
-            sizes[static_cast<Eigen::Index>(i)] = std::max(1.0, std::abs(result.free.back().second));
-        }
         std::size_t worst = 0;
         for (std::size_t i = 0; i < left.size(); ++i) {
             const bool is_state = i < states_.size();
@@ -310,17 +387,8 @@ class Trim {
             result.residuals.emplace_back(of.name, left[i]);
             if (!(std::abs(left[i]) <= std::abs(left[worst]))) worst = i;
         }
-        // What is left must be small beside what small changes of the numbers make: where it is no more
-        // changed by them, as far along an asymptote, it is not.
-        Vector scale;
-        try {
-            if (!unknowns_.empty()) scale = slopes(z).cwiseAbs() * sizes;
-        } catch (const RunError&) { // it has no derivative right there, as a root at 0
-            scale = Vector::Constant(static_cast<Eigen::Index>(left.size()), sizes.maxCoeff());
-        }
-        for (std::size_t i = 0; i < left.size(); ++i)
-            if (!(std::abs(left[i]) <= 1e-7 * scale[static_cast<Eigen::Index>(i)] + 1e-10))
-                fail(z, left, worst);
+        if (!is_small(left, z)) fail(z, left, worst);
+        result.held = system_held_;
         go_to(z);
         return result;
     }
@@ -366,6 +434,7 @@ class Trim {
     std::vector<std::string> inputs_; ///< names of the free ones, which are the last unknowns
     std::vector<std::pair<Variable, double>> held_;
     std::vector<double> wanted_;
+    std::vector<std::string> system_held_; ///< as linearize says it
     std::exception_ptr error_;
 };
 

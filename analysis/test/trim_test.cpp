@@ -3,6 +3,7 @@
 
 #include "../../engine/test/support.hpp"
 
+#include <cstdio>
 #include <gtest/gtest.h>
 
 namespace bf::analysis::test {
@@ -173,6 +174,77 @@ TEST(Trim, SaysWhichVariableIsInTheWay) {
     EXPECT_EQ(refusal(pendulum, {.free = {"v"}}), "there is no input of the root 'v'; did you mean 'u'?");
     EXPECT_EQ(refusal(pendulum, {.free = {"u"}, .bounds = {{"u", 1, 1}}}),
               "the bounds of 'u' leave nothing between them");
+}
+
+TEST(Trim, FindsARestOfWhateverIsSlow) {
+    for (const double rate : {1e-9, 1e-11, 1e-15}) {
+        char text[400];
+        std::snprintf(text, sizeof text,
+                      "model: m\nstep: 0.1\nsolver: rk4\ninputs: [u]\noutputs: [y]\nblocks:\n"
+                      "  f: {block: Fcn, expression: %g*(u1 - u2^3)}\n  x: {block: Integrator, initial: 1}\n"
+                      "connections: {u: f.u1, x: [f.u2, y], f: x}\n",
+                      rate);
+        Session session(text);
+        EXPECT_NEAR(number(trim(*session.simulation, {.hold = {{"u", 8}}}).free, "x.x"), 2, 1e-12) << rate;
+    }
+}
+
+TEST(Trim, TakesTheWholeStepThatLeadsThere) {
+    // x' = u - x³: at x = 100 u is 1e6, and on the way there nothing rests.
+    const auto cubic = [](const std::string& expression) {
+        return "model: m\nstep: 0.1\nsolver: rk4\ninputs: [u]\noutputs: [y]\nblocks:\n"
+               "  f: {block: Fcn, expression: \"" +
+               expression +
+               "\"}\n  x: {block: Integrator}\n"
+               "connections: {u: f.u1, x: [f.u2, y], f: x}\n";
+    };
+    Session session(cubic("u1 - u2^3"));
+    const auto found = trim(*session.simulation, {.free = {"u"}, .target = {{"y", 100}}});
+    EXPECT_NEAR(number(found.free, "u"), 1e6, 1e-4);
+    // A diode behind a resistor: SciPy's brentq gives 0.6330… at 100.
+    Session diode(cubic("(u1 - u2)/1000 - 1e-12*(exp(u2/0.025) - 1)"));
+    const double x = number(trim(*diode.simulation, {.hold = {{"u", 100}}}).free, "x.x");
+    EXPECT_NEAR((100 - x) / 1000, 1e-12 * std::expm1(x / 0.025), 1e-10);
+}
+
+TEST(Trim, BringsToRestWhatMayStandAnywhere) {
+    // x' = v, v' = u - 3 v: no equation says where.
+    const std::string cart =
+        "model: m\nstep: 0.1\nsolver: rk4\ninputs: [u]\noutputs: [y]\nblocks:\n"
+        "  f: {block: Fcn, expression: u1 - 3*u2}\n  v: {block: Integrator, initial: 1}\n"
+        "  x: {block: Integrator, initial: 0.3}\n"
+        "connections: {u: f.u1, v: [f.u2, x], f: v, x: y}\n";
+    Session session(cart);
+    const auto found = trim(*session.simulation, {});
+    EXPECT_NEAR(number(found.free, "v.x"), 0, 1e-12);
+    EXPECT_NEAR(number(found.free, "x.x"), 0.3, 1e-12) << "it stays where it is";
+    EXPECT_NE(refusal(cart, {.hold = {{"u", 2}, {"v.x", 0}}, .target = {{"y", 1}}}), "");
+}
+
+TEST(Trim, RefusesTwoValuesForOneNumber) {
+    EXPECT_EQ(refusal(pendulum, {.hold = {{"u", 1}, {"u[1]", 2}}}),
+              "'u' is held at 1 and 2; give one of them");
+    EXPECT_EQ(refusal(pendulum, {.free = {"u"}, .target = {{"angle", 0.5}, {"angle", 0.6}}}),
+              "'angle' is to be 0.5 and 0.6; give one of them");
+}
+
+TEST(Trim, SaysWhatIsHeldThoughItMayMove) {
+    auto text = pendulum;
+    text.replace(text.find("connections:"), 0, R"m(
+  off: {block: Constant, value: 0}
+  side:
+    execution: enabled
+    inputs: [a]
+    outputs: [b]
+    blocks: {i: {block: Integrator}}
+    connections: {a: i, i: b}
+  seen: {block: Gain, K: 1}
+)m");
+    text.replace(text.find("theta: [alpha"), 8, "side: seen\n  off: side.enable\n  theta: [side.a, ");
+    Session session(text);
+    const auto found = trim(*session.simulation, {.hold = {{"u", 0}}});
+    ASSERT_EQ(found.held.size(), 1u);
+    EXPECT_EQ(found.held[0], "side: it is disabled");
 }
 
 } // namespace bf::analysis::test

@@ -27,6 +27,8 @@ struct TrimOptions {
 using NamedNumber = std::pair<std::string, double>;
 
 struct TrimResult {
+    /// What was held although it may move, as `LinearSystem` says it.
+    std::vector<std::string> held = {};
     std::vector<NamedNumber> free; ///< what was found: states that are not held, and free inputs
     std::vector<NamedNumber>
         residuals; ///< that are left: x' of continuous states, x⁺ - x of sampled ones, y - target

@@ -16,7 +16,7 @@ from . import operations
 from ._analysis import LinearSystem
 from ._block import Argument, At, Block, ContinuousState, DiscreteState, Input, Output, Parameter, Writer, block
 from ._model import Drawing, LoadedModel, Model, examine, load
-from ._native import BlockInfo, Diagnostic, Margins, Recorder, Signal, StepResponse, _version
+from ._native import BlockInfo, Diagnostic, Gradient, Margins, Recorder, Signal, StepResponse, _version
 from ._packages import example, prefix
 from ._recording import Recording, Series, read_recording
 from ._simulation import Inputs, Parameters, Simulation, Variables
@@ -47,6 +47,7 @@ __all__ = [
     "Error",
     "FileError",
     "GenerationError",
+    "Gradient",
     "Input",
     "Inputs",
     "LinearSystem",

@@ -392,7 +392,7 @@ class StepResponse:
 
     @property
     def overshoot(self) -> float:
-        """% of `final`."""
+        """% of `final`; nan where that is 0."""
 
     @property
     def peak(self) -> float:
@@ -416,7 +416,36 @@ class StepResponse:
 
     @property
     def settling_time(self) -> float:
-        """After which it stays within 2 % of `final` [s]."""
+        """
+        After which it stays within 2 % of `final`, or of its largest value where that is 0 [s]; nan: not within its time.
+        """
+
+class Gradient:
+    """
+    How what a run costs changes with parameters, initial states and inputs.
+    """
+
+    @property
+    def cost(self) -> float:
+        """Of the run."""
+
+    @property
+    def names(self) -> list[str]:
+        """One per element: 'controller.lqr.K[1][2]'."""
+
+    @property
+    def at(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """Their values."""
+
+    @property
+    def slopes(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """Derivatives of the cost by each."""
+
+    @property
+    def has_corner(self) -> bool:
+        """
+        A comparison met its limit on the way: the gradient is that of one side.
+        """
 
 class _LinearizeOptions:
     def __init__(self, from_: Sequence[str], to: Sequence[str], open: Sequence[str], all_states: bool, by_differences: bool) -> None: ...
@@ -540,6 +569,8 @@ class Simulation:
     def __contains__(self, path: object, /) -> bool: ...
 
     def _linearize(self, options: _LinearizeOptions) -> LinearSystem: ...
+
+    def _gradient(self, by: Sequence[str], cost: str, duration: float, at_end: bool) -> Gradient: ...
 
     def _trim(self, free: Sequence[str], hold: Sequence[tuple[str, float]], target: Sequence[tuple[str, float]], bounds: Sequence[tuple[str, tuple[float, float]]]) -> tuple[list[tuple[str, float]], list[tuple[str, float]]]: ...
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from ._analysis import LinearSystem
     from ._model import LoadedModel
-    from ._native import Recorder
+    from ._native import Gradient, Recorder
     from ._recording import Recording
 
 
@@ -136,6 +136,14 @@ class Simulation(_native.Simulation):
 
         found = self._linearize(options(from_, to, open, loop, all_states))
         return LinearSystem(found._negative() if loop else found)
+
+    def gradient(self, by: str | Sequence[str], *, cost: str, duration: float, at_end: bool = False) -> Gradient:
+        """How the cost of a run from the start changes, exactly: that of its very steps. `cost`: a signal of one element, whose
+        integral over `duration` seconds is meant, or its value `at_end`. `by`: parameters 'block.parameter', states at the
+        start 'block.state', and inputs of the root, which stay what they are; a vector stands for all of its elements.
+        Parameters and inputs are those of this run, which stays where it is. Throws RunError, which names what cannot be
+        differentiated over a run."""
+        return self._gradient(_listed(by) or [], cost, float(duration), at_end)
 
     def trim(
         self,

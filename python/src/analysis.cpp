@@ -1,6 +1,7 @@
 // Linear systems in Python.
 #include "simulation.hpp"
 
+#include "bf/analysis/gradient.hpp"
 #include "bf/analysis/linearize.hpp"
 #include "bf/analysis/response.hpp"
 
@@ -12,6 +13,7 @@ namespace bf::python {
 
 namespace {
 
+using analysis::Gradient;
 using analysis::LinearSystem;
 using analysis::Margins;
 using analysis::StepResponse;
@@ -42,15 +44,27 @@ void bind_results(nb::module_& m) {
         .def_ro("_time", &StepResponse::time)
         .def_ro("_value", &StepResponse::value)
         .def_ro("final", &StepResponse::final, "Value that it comes to; nan of an unstable system.")
-        .def_ro("overshoot", &StepResponse::overshoot, "% of `final`.")
+        .def_ro("overshoot", &StepResponse::overshoot, "% of `final`; nan where that is 0.")
         .def_ro("peak", &StepResponse::peak, "The extreme on the side of `final`.")
         .def_ro("peak_time", &StepResponse::peak_time, "[s]")
         .def_ro("undershoot", &StepResponse::undershoot,
                 "How far it goes to the other side of 0 [% of `final`].")
         .def_ro("undershoot_time", &StepResponse::undershoot_time, "[s]")
         .def_ro("rise_time", &StepResponse::rise_time, "From 10 % to 90 % of `final` [s].")
-        .def_ro("settling_time", &StepResponse::settling_time,
-                "After which it stays within 2 % of `final` [s].");
+        .def_ro(
+            "settling_time", &StepResponse::settling_time,
+            "After which it stays within 2 % of `final`, or of its largest value where that is 0 [s]; nan: "
+            "not within its time.");
+    nb::class_<Gradient>(m, "Gradient",
+                         "How what a run costs changes with parameters, initial states and inputs.")
+        .def_ro("cost", &Gradient::cost, "Of the run.")
+        .def_ro("names", &Gradient::names, "One per element: 'controller.lqr.K[1][2]'.")
+        .def_prop_ro(
+            "at", [](const Gradient& g) { return g.at; }, "Their values.")
+        .def_prop_ro(
+            "slopes", [](const Gradient& g) { return g.slopes; }, "Derivatives of the cost by each.")
+        .def_ro("has_corner", &Gradient::has_corner,
+                "A comparison met its limit on the way: the gradient is that of one side.");
 }
 
 } // namespace

@@ -1,6 +1,7 @@
 // Runs in Python.
 #include "simulation.hpp"
 
+#include "bf/analysis/gradient.hpp"
 #include "bf/analysis/linearize.hpp"
 #include "bf/analysis/trim.hpp"
 #include "bf/core/registry.hpp"
@@ -394,6 +395,19 @@ void bind_simulation(nb::module_& m) {
                 return found;
             },
             nb::arg("options"))
+        .def(
+            "_gradient",
+            [](PythonRun& self, std::vector<std::string> by, std::string cost, double duration, bool at_end) {
+                const InUse use(self);
+                using Over = analysis::GradientOptions::Over;
+                const analysis::GradientOptions options{.by = std::move(by),
+                                                        .cost = std::move(cost),
+                                                        .over = at_end ? Over::end : Over::all,
+                                                        .duration = duration};
+                const WithoutGil parallel;
+                return analysis::gradient(self.run, options);
+            },
+            nb::arg("by"), nb::arg("cost"), nb::arg("duration"), nb::arg("at_end"))
         .def(
             "_trim",
             [](PythonRun& self, const std::vector<std::string>& free,

@@ -1,8 +1,12 @@
 """Linear systems of models, beside python-control and SciPy."""
 
+import re
+import runpy
+
 import control
 import numpy as np
 import pytest
+from conftest import ROOT
 
 import blockfactory as bf
 
@@ -155,3 +159,49 @@ def test_a_run_goes_to_an_operating_point(loop):
     assert sim["plant"] == pytest.approx(0.4)
     with pytest.raises(bf.RunError, match="'r' is at its bound; widen it, or ask for less"):
         loop.simulate().trim("r", target={"plant": 0.4}, bounds={"r": (-0.1, 0.1)})
+
+
+def test_the_gradient_of_a_run_is_that_of_differences_of_runs(oscillator):
+    sim = oscillator.simulate()
+    sim.parameters["spring.K"] = 30
+    sim.run(1)
+    found = sim.gradient(["spring.K", "position.x"], cost="position", duration=2, at_end=True)
+    assert sim.time == pytest.approx(1), "it stays where it was"
+    assert found.names == ["spring.K", "position.x"]
+    np.testing.assert_array_equal(found.at, [30, 1])
+    assert not found.has_corner
+
+    def end(k, x):
+        run = bf.load(oscillator.file, {"k": k, "position.initial": x}).simulate()
+        run.run(2)
+        run.step()
+        return float(run["position"])
+
+    assert found.cost == pytest.approx(end(30, 1), rel=1e-12)
+    differences = [(end(30 + 1e-5, 1) - end(30 - 1e-5, 1)) / 2e-5, (end(30, 1 + 1e-5) - end(30, 1 - 1e-5)) / 2e-5]
+    np.testing.assert_allclose(found.slopes, differences, rtol=1e-7)
+    with pytest.raises(bf.RunError, match="the model has no parameter, state or input 'spring.k'"):
+        sim.gradient("spring.k", cost="position", duration=1)
+    with pytest.raises(bf.RunError, match="name parameters by which the cost is differentiated"):
+        sim.gradient([], cost="position", duration=1)
+
+
+def test_the_regulator_of_the_cart_pole_follows_from_its_own_diagram():
+    example = runpy.run_path(str(ROOT / "examples/cart_pole/regulator.py"))
+    K, P = example["by_riccati"]()
+    written = re.search(r'K: "\[(.*)\]"', (ROOT / "examples/cart_pole/controller.yaml").read_text())
+    assert written
+    np.testing.assert_allclose(K, np.fromstring(written[1], sep=" "), rtol=1e-7)
+
+    start = np.array([0.001, 0.0005, 0, 0])
+    least = 0.01 * start @ P @ start
+    sim = bf.load(ROOT / "examples/cart_pole/regulated.yaml").simulate()
+    worse = sim.gradient("lqr.K", cost="cost", duration=10)
+    sim.parameters["lqr.K"] = -K.reshape(1, 4)
+    found = sim.gradient("lqr.K", cost="cost", duration=10)
+    assert found.cost == pytest.approx(least, rel=1e-5)
+    assert worse.cost > 1.1 * least
+    assert np.abs(found.slopes).max() < 1e-4 * np.abs(worse.slopes).max()
+    tuned, cost = example["by_gradient"](-worse.at)
+    assert cost == pytest.approx(least, rel=1e-5)
+    np.testing.assert_allclose(tuned, K, rtol=1e-4)

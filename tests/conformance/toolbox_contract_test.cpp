@@ -328,14 +328,17 @@ TEST_P(EveryToolboxBlock, KeepsTheContract) {
 }
 
 /// Derivatives of the block `x` by all inputs of the root, as its declaration has them, beside central
-/// differences; names what has none of its own.
-std::vector<std::string> compare_derivatives(Running& run) {
+/// differences; names what has none of its own. Each takes a step: where that changes states, it is the same
+/// one.
+std::vector<std::string> compare_derivatives(Running& run, bool has_states = false) {
     const auto& nodes = run.diagram().nodes;
     const auto& x = nodes[static_cast<std::size_t>(run.diagram().find_node("x"))];
     analysis::LinearizeOptions options{.all_states = true};
     for (const auto& slot : x.block->resolution().slots)
         if (slot.role == Role::output && slot.type == Type::float64) options.to.push_back("x." + slot.name);
+    const auto here = has_states ? run.simulation.snapshot() : std::vector<std::byte>();
     const auto exact = analysis::linearize(run.simulation, options);
+    if (has_states) run.simulation.restore(here);
     options.by_differences = true;
     const auto differenced = analysis::linearize(run.simulation, options);
     const auto expect_near = [&](const Matrix& a, const Matrix& b) {
@@ -378,6 +381,38 @@ TEST(Derivatives, OfRigidBodyBlocksAreExactOnFloatingAndFixedBases) {
             ++compared;
         }
     EXPECT_EQ(compared, 42);
+}
+
+TEST(Derivatives, OfMinimumJerkFiltersAreExactFromTheFirstStepOn) {
+    for (const std::string arguments : {"", ", read_initial_value: true",
+                                        ", compute_first_derivative: false, compute_second_derivative: false",
+                                        ", read_external_settling_time: true",
+                                        ", read_external_settling_time: true, "
+                                        "reset_on_settling_time_change: true"}) {
+        SCOPED_TRACE(arguments);
+        const bool has_initial = arguments.find("initial") != std::string::npos,
+                   has_time = arguments.find("external") != std::string::npos;
+        Running run("model: m\nstep: 0.1\ninputs: {u: {shape: 3}" +
+                    std::string(has_initial ? ", start: {shape: 3}" : "") + (has_time ? ", T: {}" : "") +
+                    "}\nblocks:\n  x: {block: WholeBodyToolbox/MinimumJerkTrajectoryGenerator" + arguments +
+                    "}\nconnections: {u: x.reference" + (has_initial ? ", start: x.initial" : "") +
+                    (has_time ? ", T: x.settling" : "") + "}\n");
+        run.set("u", Vector3(1, -2, 0.5));
+        if (has_initial) run.set("start", Vector3(0.2, 0.1, -3));
+        if (has_time) run.set("T", 2);
+        // In the first step it rests, whatever its states; differences would move the one that tells which it
+        // is.
+        const auto first = analysis::linearize(run.simulation, {.from = {"u"}, .to = {"x.position"}});
+        EXPECT_TRUE(first.differenced.empty());
+        if (!has_initial) {
+            EXPECT_LT((first.D - Matrix::Identity(3, 3)).norm(), 1e-12);
+        }
+        EXPECT_TRUE(compare_derivatives(run, true).empty());
+        for (int k = 0; k < 4; ++k) ASSERT_TRUE(run.step());
+        run.set("u", Vector3(2, 2, -1));
+        if (has_time) run.set("T", 1.5);
+        EXPECT_TRUE(compare_derivatives(run, true).empty());
+    }
 }
 
 TEST(Derivatives, OfQuadraticProgramsFollowTheirActiveConstraints) {

@@ -1,6 +1,9 @@
 #include "filters/filters.hpp"
 
+#include "bf/core/differentiable_update.hpp"
+
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -188,7 +191,9 @@ class DiscreteFilter final : public Block {
 /// rests at the reference (or at `initial`). When the settling time changes, position, velocity and
 /// acceleration go on; with reset_on_settling_time_change it goes on from rest at the last position. Source:
 /// U. Pattacini et al., An experimental evaluation of a novel minimum-jerk Cartesian controller, 2010.
-class MinimumJerkTrajectoryGenerator final : public Block {
+class MinimumJerkTrajectoryGenerator final : public Block,
+                                             public Differentiable,
+                                             public DifferentiableUpdate {
   public:
     using Block::Block;
     Argument<bool> compute_first_derivative{
@@ -257,59 +262,117 @@ class MinimumJerkTrajectoryGenerator final : public Block {
         const Coefficients c(T, at.period() / 2);
         auto p = out[position];
         for (Eigen::Index i = 0; i < p.size(); ++i) {
-            const Vector3 x = solve(at, i, T, c);
-            p(i) = x(0);
-            if (velocity.is_present()) out[velocity](i) = x(1);
-            if (acceleration.is_present()) out[acceleration](i) = x(2);
+            const Motion x = c.solve(begin(at, i, T), at[u](i));
+            p(i) = x[0];
+            if (velocity.is_present()) out[velocity](i) = x[1];
+            if (acceleration.is_present()) out[acceleration](i) = x[2];
         }
         return ok;
     }
 
     Status update(Now at, Next next) const noexcept override {
-        const double T = settling_time(at), h = at.period() / 2;
-        const Coefficients c(T, h);
+        const double T = settling_time(at);
+        const Coefficients c(T, at.period() / 2);
         auto half_ahead = next[r];
         const auto wanted = at[u], p = at[position];
         const bool has_all = velocity.is_present() && acceleration.is_present();
         for (Eigen::Index i = 0; i < wanted.size(); ++i) {
-            const Vector3 x =
-                has_all ? Vector3(p(i), at[velocity](i), at[acceleration](i)) : solve(at, i, T, c);
-            const double jerk = c.alpha * (x(0) - wanted(i)) + c.beta * x(1) + c.gamma * x(2);
-            half_ahead.row(i) << x(0) + h * x(1), x(1) + h * x(2), x(2) + h * jerk;
+            const Motion x = has_all ? Motion{p(i), at[velocity](i), at[acceleration](i)}
+                                     : c.solve(begin(at, i, T), wanted(i));
+            const Motion ahead = c.half_ahead(x, wanted(i));
+            half_ahead.row(i) << ahead[0], ahead[1], ahead[2];
         }
         next[last_position] = at[position];
         next[last_settling] = T;
         return ok;
     }
 
+    bool directional_derivative(Now at, Changes& changes) const override {
+        for_each_change(at, changes, [&](Eigen::Index i, Eigen::Index c, const Motion& x, const Motion&) {
+            changes[position](i, c) = x[0];
+            if (velocity.is_present()) changes[velocity](i, c) = x[1];
+            if (acceleration.is_present()) changes[acceleration](i, c) = x[2];
+        });
+        return true;
+    }
+
+    bool directional_derivative_of_update(Now at, const Changes& changes, Changes& next) const override {
+        const Eigen::Index n = at[u].size();
+        for_each_change(at, changes,
+                        [&](Eigen::Index i, Eigen::Index c, const Motion& x, const Motion& ahead) {
+                            for (Eigen::Index k = 0; k < 3; ++k)
+                                next[r](i + k * n, c) = ahead[static_cast<std::size_t>(k)];
+                            next[last_position](i, c) = x[0];
+                        });
+        if (changes.moves(settling_input)) next[last_settling] = changes[settling_input];
+        return true;
+    }
+
   private:
+    using Motion = std::array<double, 3>; ///< position, velocity, acceleration
+
+    /// Of the equation for steps of 2 h.
     struct Coefficients {
-        Coefficients(double T, double h)
+        Coefficients(double T, double half)
             : alpha(-150.765868956161 / (T * T * T)), beta(-84.9812819469538 / (T * T)),
-              gamma(-15.9669610709384 / T), implicit(1 - h * gamma - h * h * beta - h * h * h * alpha) {}
-        double alpha, beta, gamma, implicit;
+              gamma(-15.9669610709384 / T), h(half),
+              implicit(1 - h * gamma - h * h * beta - h * h * h * alpha) {}
+        double alpha, beta, gamma, h, implicit;
+
+        /// x in this step, x - h f(x, u) = p.
+        Motion solve(const Motion& p, double u) const {
+            const double rest = p[2] + h * alpha * (p[0] + h * p[1] - u) + h * beta * p[1];
+            const double a = rest / implicit;
+            const double v = p[1] + h * a;
+            return {p[0] + h * v, v, a};
+        }
+        Motion half_ahead(const Motion& x, double u) const {
+            const double jerk = alpha * (x[0] - u) + beta * x[1] + gamma * x[2];
+            return {x[0] + h * x[1], x[1] + h * x[2], x[2] + h * jerk};
+        }
     };
     double settling_time(Now at) const {
         return settling_input.is_present() ? at[settling_input](0) : at[settling];
     }
 
     /// What the step starts from for element i: x + h/2 f(x, u) of the last step, which is x where it rests.
-    Vector3 begin(Now at, Eigen::Index i, double T) const {
+    /// `value` gives an element of what is read.
+    template <class Value> Motion begin(Now at, Eigen::Index i, double T, const Value& value) const {
         const double before = at[last_settling];
-        if (before == 0 && !initial.is_present()) return {at[u](i), 0, 0};
-        if (before == 0) return {at[initial](at[initial].size() == 1 ? 0 : i), 0, 0};
-        if (reset_on_settling_time_change && std::abs(T - before) > 1e-5) return {at[last_position](i), 0, 0};
-        return at[r].row(i);
+        if (before == 0 && !initial.is_present()) return {value(u, i), 0, 0};
+        if (before == 0) return {value(initial, at[initial].size() == 1 ? 0 : i), 0, 0};
+        if (reset_on_settling_time_change && std::abs(T - before) > 1e-5)
+            return {value(last_position, i), 0, 0};
+        const Eigen::Index n = at[u].size();
+        return {value(r, i), value(r, i + n), value(r, i + 2 * n)};
+    }
+    Motion begin(Now at, Eigen::Index i, double T) const {
+        return begin(at, i, T, [&](const auto& key, Eigen::Index e) { return at[key].data()[e]; });
     }
 
-    /// Position, velocity and acceleration x of element i in this step: x - h/2 f(x, u) = begin.
-    Vector3 solve(Now at, Eigen::Index i, double T, const Coefficients& c) const {
-        const double h = at.period() / 2;
-        const Vector3 p = begin(at, i, T);
-        const double rest = p(2) + h * c.alpha * (p(0) + h * p(1) - at[u](i)) + h * c.beta * p(1);
-        const double a = rest / c.implicit;
-        const double v = p(1) + h * a;
-        return {p(0) + h * v, v, a};
+    /// see(element, direction, changes of x and of what is half ahead of it). All is linear in states and
+    /// inputs but for T, which changes the jerk of x by that of α' = -3 α/T, β' = -2 β/T, γ' = -γ/T.
+    template <class See> void for_each_change(Now at, const Changes& changes, See&& see) const {
+        const double T = settling_time(at);
+        const Coefficients of(T, at.period() / 2);
+        for (Eigen::Index c = 0; c < changes.directions(); ++c) {
+            const auto change = [&](const auto& key, Eigen::Index e) {
+                return changes.moves(key) ? changes[key](e, c) : 0;
+            };
+            const double relative = change(settling_input, 0) / T;
+            for (Eigen::Index i = 0; i < at[u].size(); ++i) {
+                const Motion x = of.solve(begin(at, i, T), at[u](i));
+                const double du = change(u, i),
+                             more = -relative * of.h *
+                                    (3 * of.alpha * (x[0] - at[u](i)) + 2 * of.beta * x[1] + of.gamma * x[2]);
+                Motion p = begin(at, i, T, change);
+                p[2] += more;
+                const Motion dx = of.solve(p, du);
+                Motion ahead = of.half_ahead(dx, du);
+                ahead[2] += more;
+                see(i, c, dx, ahead);
+            }
+        }
     }
 };
 

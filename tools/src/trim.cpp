@@ -86,6 +86,7 @@ void execute(const TrimArguments& arguments) {
     };
     print("found", found.free);
     print("residuals", found.residuals);
+    for (const auto& what : found.held) std::fprintf(stderr, "held: %s\n", escape::terminal(what).c_str());
     if (arguments.output.empty()) return;
     OutputFile file(arguments.output);
     const auto bytes = make_snapshot(run);

@@ -1,6 +1,6 @@
 #include "filters/filters.hpp"
 
-#include "bf/core/differentiable_update.hpp"
+#include "bf/core/changes.hpp"
 
 #include <algorithm>
 #include <array>
@@ -191,9 +191,7 @@ class DiscreteFilter final : public Block {
 /// rests at the reference (or at `initial`). When the settling time changes, position, velocity and
 /// acceleration go on; with reset_on_settling_time_change it goes on from rest at the last position. Source:
 /// U. Pattacini et al., An experimental evaluation of a novel minimum-jerk Cartesian controller, 2010.
-class MinimumJerkTrajectoryGenerator final : public Block,
-                                             public Differentiable,
-                                             public DifferentiableUpdate {
+class MinimumJerkTrajectoryGenerator final : public Block, public Differentiable {
   public:
     using Block::Block;
     Argument<bool> compute_first_derivative{
@@ -296,15 +294,15 @@ class MinimumJerkTrajectoryGenerator final : public Block,
         return true;
     }
 
-    bool directional_derivative_of_update(Now at, const Changes& changes, Changes& next) const override {
+    bool directional_derivative_of_update(Now at, Changes& changes) const override {
         const Eigen::Index n = at[u].size();
         for_each_change(at, changes,
                         [&](Eigen::Index i, Eigen::Index c, const Motion& x, const Motion& ahead) {
                             for (Eigen::Index k = 0; k < 3; ++k)
-                                next[r](i + k * n, c) = ahead[static_cast<std::size_t>(k)];
-                            next[last_position](i, c) = x[0];
+                                changes.next(r)(i + k * n, c) = ahead[static_cast<std::size_t>(k)];
+                            changes.next(last_position)(i, c) = x[0];
                         });
-        if (changes.moves(settling_input)) next[last_settling] = changes[settling_input];
+        if (changes.moves(settling_input)) changes.next(last_settling) = changes[settling_input];
         return true;
     }
 

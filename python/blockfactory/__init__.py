@@ -15,12 +15,25 @@ from __future__ import annotations
 from . import operations
 from ._analysis import LinearSystem
 from ._block import Argument, At, Block, ContinuousState, DiscreteState, Input, Output, Parameter, Writer, block
+from ._measure import FrequencyResponse
 from ._model import Drawing, LoadedModel, Model, examine, load
-from ._native import BlockInfo, Diagnostic, Gradient, Margins, Recorder, Signal, StepResponse, _version
+from ._native import (
+    BlockInfo,
+    CheckSensitivity,
+    Diagnostic,
+    Gradient,
+    Margins,
+    Recorder,
+    Signal,
+    StepResponse,
+    _version,
+)
 from ._packages import example, prefix
 from ._recording import Recording, Series, read_recording
+from ._sensitivity import Sensitivities
 from ._simulation import Inputs, Parameters, Simulation, Variables
 from ._sweep import SweepResult, SweepRow, sweep
+from ._tune import TunedLoop
 from .errors import (
     Error,
     FileError,
@@ -40,12 +53,14 @@ __all__ = [
     "At",
     "Block",
     "BlockInfo",
+    "CheckSensitivity",
     "ContinuousState",
     "Diagnostic",
     "DiscreteState",
     "Drawing",
     "Error",
     "FileError",
+    "FrequencyResponse",
     "GenerationError",
     "Gradient",
     "Input",
@@ -62,6 +77,7 @@ __all__ = [
     "Recorder",
     "Recording",
     "RunError",
+    "Sensitivities",
     "Series",
     "Signal",
     "Simulation",
@@ -69,6 +85,7 @@ __all__ = [
     "StepResponse",
     "SweepResult",
     "SweepRow",
+    "TunedLoop",
     "UnknownName",
     "Variables",
     "Writer",

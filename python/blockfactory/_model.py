@@ -15,6 +15,9 @@ from .errors import FileError, UnknownName, WrongValue
 
 if TYPE_CHECKING:
     from ._analysis import LinearSystem
+    from ._measure import FrequencyResponse
+    from ._sensitivity import Sensitivities
+    from ._tune import TunedLoop
     from ._native import BlockInfo, Diagnostic, Signal
     from ._simulation import Simulation
 
@@ -170,6 +173,70 @@ class LoadedModel:
             raise WrongValue(f"a model is linearised at 0 s or later, not at {at} s")
         found = _native._linearize(self._native, options(from_, to, open, loop, all_states), at)
         return LinearSystem(found._negative() if loop else found)
+
+    def frequency_response(
+        self,
+        from_: str = "",
+        to: str = "",
+        *,
+        omega: Any,
+        loop: str = "",
+        amplitude: float = 0,
+        chirp: bool = False,
+        tolerance: float = 1e-4,
+        most_periods: int = 1000,
+        at: float = 0,
+    ) -> FrequencyResponse:
+        """As `Simulation.frequency_response`, after `at` seconds of a run."""
+        from ._measure import measured
+
+        with self.simulate() as sim:
+            if at:
+                sim.run(to=at)
+            return measured(sim, from_, to, omega, loop, amplitude, chirp, tolerance, most_periods)
+
+    def tune(
+        self,
+        loop: str,
+        by: str | Sequence[str],
+        *,
+        crossover: float = 0,
+        bandwidth: float = 0,
+        phase_margin: float | None = None,
+        overshoot: float | None = None,
+        gain_margin: float = 0,
+        at: float = 0,
+    ) -> TunedLoop:
+        """As `Simulation.tune`, after `at` seconds of a run; this model keeps its gains: `bf.load(m.file, tuned.gains)`."""
+        with self.simulate() as sim:
+            if at:
+                sim.run(to=at)
+            return sim.tune(
+                loop,
+                by,
+                crossover=crossover,
+                bandwidth=bandwidth,
+                phase_margin=phase_margin,
+                overshoot=overshoot,
+                gain_margin=gain_margin,
+            )
+
+    def sensitivities(
+        self,
+        by: str | Sequence[str] = (),
+        *,
+        checks: str | Sequence[str] = (),
+        duration: float = 0,
+        difference: float = 1e-4,
+    ) -> Sensitivities:
+        """How near the checks of the model are to their limits, and how their values change with parameters,
+        'block.parameter', and variables; with none, with all variables that a run can change. `duration` 0: until the
+        model's stop. Exact where the run can be differentiated, else by central differences of that relative step, and
+        the check says why. Throws RunError."""
+        from ._sensitivity import Sensitivities
+
+        lists = [[one] if isinstance(one, str) else list(one) for one in (by, checks)]
+        return Sensitivities(_native._sensitivities(self._native, lists[0], lists[1], duration, difference))
 
     def state_space(self, path: str) -> Any:
         """A block StateSpace or DiscreteStateSpace as control.StateSpace of python-control."""

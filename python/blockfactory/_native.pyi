@@ -520,6 +520,135 @@ class LinearSystem:
 
 def _linearize(model: LoadedModel, options: _LinearizeOptions, time: float) -> LinearSystem: ...
 
+class _MeasuredResponse:
+    @property
+    def input(self) -> str: ...
+
+    @property
+    def output(self) -> str: ...
+
+    @property
+    def input_unit(self) -> str: ...
+
+    @property
+    def output_unit(self) -> str: ...
+
+    @property
+    def amplitude(self) -> float: ...
+
+    @property
+    def time(self) -> float: ...
+
+    @property
+    def omega(self) -> list[float]: ...
+
+    @property
+    def value(self) -> list[complex]: ...
+
+    @property
+    def magnitude(self) -> list[float]: ...
+
+    @property
+    def phase(self) -> list[float]: ...
+
+    @property
+    def coherence(self) -> list[float]: ...
+
+    @property
+    def distortion(self) -> list[float]: ...
+
+    @property
+    def unsettled(self) -> list[float]: ...
+
+def _measure_response(run: Simulation, from_: str, to: str, loop: str, omega: Sequence[float], amplitude: float, is_chirp: bool, tolerance: float, most_periods: int) -> _MeasuredResponse: ...
+
+class _TunedLoop:
+    @property
+    def gains(self) -> list[tuple[str, float, float]]: ...
+
+    @property
+    def loop_before(self) -> LinearSystem: ...
+
+    @property
+    def loop(self) -> LinearSystem: ...
+
+    @property
+    def margins_before(self) -> Margins: ...
+
+    @property
+    def margins(self) -> Margins: ...
+
+    @property
+    def step_before(self) -> StepResponse: ...
+
+    @property
+    def step(self) -> StepResponse: ...
+
+def _tune_loop(run: Simulation, loop: str, by: Sequence[str], crossover: float, bandwidth: float, phase_margin: float | None, overshoot: float | None, gain_margin: float) -> _TunedLoop: ...
+
+def _simulated_step(run: Simulation, loop: str, duration: float, height: float) -> tuple[list[float], list[float]]: ...
+
+class CheckSensitivity:
+    """How near a check is to its limits, and what takes it there."""
+
+    @property
+    def name(self) -> str:
+        """Of the block."""
+
+    @property
+    def value(self) -> float:
+        """That it reports at the end of the run."""
+
+    @property
+    def at_least(self) -> float:
+        """Its lower limit; -inf: none."""
+
+    @property
+    def at_most(self) -> float:
+        """Its upper limit; inf: none."""
+
+    @property
+    def passed(self) -> bool:
+        """Is the value within its limits?"""
+
+    @property
+    def distance(self) -> float:
+        """To the nearer limit, negative beyond it; inf: there is none."""
+
+    @property
+    def slopes(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """Of the value by each number."""
+
+    @property
+    def distance_slopes(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """Of the distance by each number; 0 without a limit."""
+
+    @property
+    def changes_to_limit(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """
+        Of each number, the change that takes the distance to 0 if it goes on as it begins; inf: none does.
+        """
+
+    @property
+    def differenced(self) -> str:
+        """Why slopes are differences of runs; empty: they are exact."""
+
+    @property
+    def has_corner(self) -> bool:
+        """A jump or corner was met on the way: slopes are those of one side."""
+
+class _Sensitivities:
+    @property
+    def names(self) -> list[str]: ...
+
+    @property
+    def at(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]: ...
+
+    @property
+    def checks(self) -> list[CheckSensitivity]: ...
+
+def _sensitivities(model: LoadedModel, by: Sequence[str], checks: Sequence[str], duration: float, difference: float) -> _Sensitivities: ...
+
 class Simulation:
     def __init__(self, model: LoadedModel) -> None: ...
 

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from ._analysis import LinearSystem
+    from ._measure import FrequencyResponse
+    from ._tune import TunedLoop
     from ._model import LoadedModel
     from ._native import Gradient, Recorder
     from ._recording import Recording
@@ -144,6 +146,63 @@ class Simulation(_native.Simulation):
         Parameters and inputs are those of this run, which stays where it is. Throws RunError, which names what cannot be
         differentiated over a run."""
         return self._gradient(_listed(by) or [], cost, float(duration), at_end)
+
+    def frequency_response(
+        self,
+        from_: str = "",
+        to: str = "",
+        *,
+        omega: Any,
+        loop: str = "",
+        amplitude: float = 0,
+        chirp: bool = False,
+        tolerance: float = 1e-4,
+        most_periods: int = 1000,
+    ) -> FrequencyResponse:
+        """Measured by running on from here, once for each frequency `omega` [rad/s], with a sine added to the signal `from_`
+        until transients have died out; also where nothing can be linearised. `loop='a'` gives the gain L of the loop
+        through that signal, which stays closed, as of negative feedback. `amplitude` 0: 1 % of what the signal is, at least
+        0.01. `chirp`: one sweep for all frequencies. The run is afterwards where it was. Throws RunError."""
+        from ._measure import measured
+
+        return measured(self, from_, to, omega, loop, amplitude, chirp, tolerance, most_periods)
+
+    def tune(
+        self,
+        loop: str,
+        by: str | Sequence[str],
+        *,
+        crossover: float = 0,
+        bandwidth: float = 0,
+        phase_margin: float | None = None,
+        overshoot: float | None = None,
+        gain_margin: float = 0,
+    ) -> TunedLoop:
+        """Finds the gains `by` (a block with P, I and D, parameters 'block.parameter', variables) with which the `loop`
+        through that signal, as of negative feedback, crosses 1 at `crossover`, or has the `bandwidth` [rad/s], with the
+        `phase_margin` [degrees], 60 where nothing is said, an `overshoot` of its step of at most so many %, and at least
+        the `gain_margin` [dB]. The run then has these gains, and is where it was. Throws RunError, which says what cannot
+        be reached, and what can."""
+        from . import _native
+        from ._tune import TunedLoop
+
+        return TunedLoop(
+            _native._tune_loop(
+                self, loop, _listed(by) or [], crossover, bandwidth, phase_margin, overshoot, gain_margin
+            ),
+            loop,
+        )
+
+    def loop_step(self, loop: str, duration: float, *, height: float = 0) -> tuple[NDArray[Any], NDArray[Any]]:
+        """Times [s] and what comes back in a run in which a step is added at a loop, by its height, `height` 0: 1 % of
+        what the signal is, at least 0.01: of a linear loop the step response of L/(1 + L). The run is afterwards where it
+        was."""
+        import numpy
+
+        from . import _native
+
+        time, value = _native._simulated_step(self, loop, duration, height)
+        return numpy.array(time), numpy.array(value)
 
     def trim(
         self,

@@ -171,6 +171,7 @@ NB_MODULE(_native, m) {
     bind_model(m);
     bind_recording(m);
     bind_analysis(m);
+    bind_measure(m);
     bind_simulation(m);
     bind_sweep(m);
 }

@@ -71,5 +71,6 @@ void bind_simulation(nb::module_& m);
 void bind_recording(nb::module_& m);
 void bind_sweep(nb::module_& m);
 void bind_analysis(nb::module_& m);
+void bind_measure(nb::module_& m);
 
 } // namespace bf::python

@@ -130,19 +130,33 @@ std::string list(const std::vector<std::string>& names) {
 }
 
 void execute(const LinearOptions& options, const std::string& output) {
-    const auto file = std::filesystem::path(output);
-    const auto extension = file.extension();
-    if (!output.empty() && extension != ".yaml" && extension != ".json" && extension != ".mat")
-        throw CommandError("cannot tell the format of " + output +
-                           ": give a name that ends in .yaml, .json or .mat");
-    if (!output.empty()) refuse_overwriting({{"-o", output}}, files_of(options.model.file));
+    if (!output.empty()) {
+        if (!is_data(output)) refuse_format(output, ".yaml, .json or .mat");
+        refuse_overwriting({{"-o", output}}, files_of(options.model.file));
+    }
     const LinearSystem system = options.system();
     if (output.empty()) return print(system);
+    write_data(to_json(system), to_mat(system), output);
+}
+
+} // namespace
+
+bool is_data(const std::string& file) {
+    const auto extension = std::filesystem::path(file).extension();
+    return extension == ".yaml" || extension == ".json" || extension == ".mat";
+}
+
+void refuse_format(const std::string& file, const std::string& endings) {
+    throw CommandError("cannot tell the format of " + file + ": give a name that ends in " + endings);
+}
+
+void write_data(const Json& all, const std::vector<recording::MatVariable>& variables,
+                const std::string& output) {
     OutputFile written(output);
+    const auto extension = std::filesystem::path(output).extension();
     if (extension == ".mat") {
-        recording::write_mat(to_mat(system), written.path());
+        recording::write_mat(variables, written.path());
     } else {
-        const Json all = to_json(system);
         std::ofstream out(written.path());
         if (extension == ".json")
             out << to_text(all);
@@ -153,8 +167,6 @@ void execute(const LinearOptions& options, const std::string& output) {
     written.commit();
     std::printf("%s\n", output.c_str());
 }
-
-} // namespace
 
 std::string root_text(std::complex<double> root) {
     // What is 0 but for rounding.
@@ -185,6 +197,10 @@ void LinearOptions::add_to(CLI::App& app, bool has_loop) {
             ->type_name("SIGNAL")
             ->excludes(f)
             ->excludes(t);
+    add_operating_point_to(app);
+}
+
+void LinearOptions::add_operating_point_to(CLI::App& app) {
     app.add_option("--at", at, "operating point: after so many seconds of the run")
         ->check(between(0, 1e9))
         ->type_name("SECONDS");
@@ -195,12 +211,7 @@ analysis::LinearSystem LinearOptions::system() const {
     const LoadedModel loaded = load_model(model);
     const Waiting waiting("linearising " + model.file);
     Simulation run(loaded.diagram);
-    run.start();
-    if (!snapshot.empty()) {
-        const std::string bytes = read_text_file(snapshot);
-        restore_snapshot(run, std::as_bytes(std::span(bytes)), snapshot);
-    }
-    if (!run.run_until(std::max(at, run.time()))) throw CommandError(run.failure());
+    go_to_operating_point(run);
     analysis::LinearizeOptions options{.from = from, .to = to, .open = open, .all_states = all_states};
     if (!loop.empty()) {
         options.from = options.to = {loop};
@@ -215,6 +226,15 @@ analysis::LinearSystem LinearOptions::system() const {
     tell("held:", found.held);
     tell("a jump or corner is right here, the derivative is that of one side:", found.kinks);
     return loop.empty() ? found : analysis::negative(std::move(found));
+}
+
+void LinearOptions::go_to_operating_point(Simulation& run) const {
+    run.start();
+    if (!snapshot.empty()) {
+        const std::string bytes = read_text_file(snapshot);
+        restore_snapshot(run, std::as_bytes(std::span(bytes)), snapshot);
+    }
+    if (!run.run_until(std::max(at, run.time()))) throw CommandError(run.failure());
 }
 
 analysis::LinearSystem LinearOptions::single() const {

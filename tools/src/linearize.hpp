@@ -2,9 +2,11 @@
 #pragma once
 
 #include "bf/analysis/linearize.hpp"
+#include "bf/recording/export.hpp"
 #include "session.hpp"
 
 #include <complex>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -20,12 +22,23 @@ struct LinearOptions {
 
     /// `has_loop`: of a verb that looks at loops.
     void add_to(CLI::App& app, bool has_loop);
+    void add_operating_point_to(CLI::App& app); ///< --at and --from-snapshot alone
+    /// Starts the run and takes it to `snapshot` and `at`.
+    void go_to_operating_point(Simulation& run) const;
     /// Where a loop is named, its gain L as of negative feedback, 1 + L = 0. Tells on standard error what was
     /// held and where it is one-sided. Throws RunError, CommandError, model::Errors.
     analysis::LinearSystem system() const;
     /// The same, with one input and one output.
     analysis::LinearSystem single() const;
 };
+
+/// Is it one by its name: YAML, JSON or a MAT-file?
+bool is_data(const std::string& file);
+/// Throws CommandError.
+[[noreturn]] void refuse_format(const std::string& file, const std::string& endings);
+/// Writes a result to a file of that name, each entry a line of YAML, and prints the name.
+void write_data(const nlohmann::ordered_json& all, const std::vector<recording::MatVariable>& variables,
+                const std::string& output);
 
 /// "-1.5 + 3j", "-2".
 std::string root_text(std::complex<double> root);

@@ -128,10 +128,11 @@ int main(int argc, char** argv) {
         "interrupt is how bf edit and bf view end in order.\n"
         "Example: bf run examples/icub_balancing/balancing.yaml --stop 5");
     for (const auto add :
-         {add_run,     add_replay,    add_sweep,      add_check,      add_describe,  add_plot,   add_film,
-          add_export,  add_generate,  add_export_fmu, add_export_ssp, add_check_fmu, add_deploy, add_draw,
-          add_diff,    add_linearize, add_responses,  add_trim,       add_gradient,  add_edit,   add_view,
-          add_publish, add_serve,     add_tune,       add_doctor})
+         {add_run,    add_replay,   add_sweep,       add_check,      add_describe,   add_plot,
+          add_film,   add_export,   add_generate,    add_export_fmu, add_export_ssp, add_check_fmu,
+          add_deploy, add_draw,     add_diff,        add_linearize,  add_responses,  add_frequency_response,
+          add_trim,   add_gradient, add_sensitivity, add_edit,       add_view,       add_publish,
+          add_serve,  add_tune,     add_doctor})
         add(app);
     for (auto* verb : app.get_subcommands({}))
         if (verb->get_name() != "plot" && verb->get_name() != "export") add_plugin_path(*verb);

@@ -1,4 +1,4 @@
-// bf tune: gains of the position loops of a robot, by simulated step responses.
+// bf tune: gains of the position loops of a robot, by simulated step responses, and of any loop.
 #include "bf/tuning/tune.hpp"
 #include "bf/base/escape.hpp"
 #include "bf/base/names.hpp"
@@ -8,6 +8,7 @@
 #include "bf/toolbox/simulated_robot.hpp"
 #include "files.hpp"
 #include "terminal.hpp"
+#include "tune_loop.hpp"
 #include "verbs.hpp"
 
 #include <algorithm>
@@ -24,13 +25,11 @@ namespace fs = std::filesystem;
 
 namespace {
 
-struct TuneOptions {
-    ModelOptions model; ///< whose file may be a World's
-    std::string robot, output, picture;
+struct TuneOptions : LoopTuning { ///< its model's file may be a World's
+    std::string robot;
     std::vector<std::string> frequencies;
     std::vector<double> pose;
     double damping = 1;
-    std::optional<double> overshoot; // %
     tuning::Options tuning;
 };
 
@@ -226,6 +225,9 @@ void execute(const TuneOptions& options) {
 
     const auto bench = robot.make(options.pose);
     tuning::Options asked = options.tuning;
+    if (options.step && !(std::abs(*options.step) <= 3))
+        throw CommandError("--step of a robot's references lies between -3 and 3 rad");
+    asked.step = options.step.value_or(asked.step);
     asked.goals = goals_of(options, bench->joints());
     if (bench->joints().empty()) throw CommandError("robot '" + robot.name + "' has no joints");
     if (bench->is_held())
@@ -259,10 +261,10 @@ void execute(const TuneOptions& options) {
 } // namespace
 
 void add_tune(CLI::App& app) {
-    auto* command = app.add_subcommand("tune", "find gains of a robot's position loops, by simulated steps");
+    auto* command = app.add_subcommand(
+        "tune", "find gains of a loop of a model, or of a robot's position loops, by simulated steps");
     auto options = std::make_shared<TuneOptions>();
-    options->model.add_to(*command,
-                          "model file (.yaml) with a MujocoWorld or World, or a World's file (.xml)");
+    options->add_to(*command, "model file (.yaml), or a World's file (.xml)");
     command
         ->add_option("--robot", options->robot,
                      "the robot's name in the World, or the MujocoWorld's path; where there are several")
@@ -278,14 +280,7 @@ void add_tune(CLI::App& app) {
                         ->check(between(0.2, 5.0))
                         ->type_name("Z")
                         ->capture_default_str();
-    command->add_option("--overshoot", options->overshoot, "the damping ratio is that of this overshoot, %")
-        ->check(between(1e-3, 50.0))
-        ->type_name("PERCENT")
-        ->excludes(damping);
-    command->add_option("--step", options->tuning.step, "of the references, rad")
-        ->check(between(-3.0, 3.0))
-        ->type_name("RAD")
-        ->capture_default_str();
+    damping->excludes(command->get_option("--overshoot"));
     command
         ->add_option("--torque", options->tuning.torque_share,
                      "share of the effort limits that a step may take; the frequency is lowered for it")
@@ -306,20 +301,16 @@ void add_tune(CLI::App& app) {
         ->delimiter(',')
         ->type_name("S,...")
         ->allow_extra_args(false);
-    command
-        ->add_option("-o,--output", options->output,
-                     "write the gains: of a MujocoWorld a YAML file for --params, of a World a copy of its "
-                     "file")
-        ->type_name("FILE");
-    command->add_option("--picture", options->picture, "draw the step responses: PNG or SVG file")
-        ->type_name("FILE");
     command->footer("Each joint is identified by a small step, its gains are computed for the frequency and "
                     "the damping, and refined by a search on simulated steps.\n"
                     "Examples:\n"
                     "  bf tune examples/two_robots/world.xml --robot left --picture steps.png -o tuned.xml\n"
                     "  bf tune model.yaml --frequency 15 --frequency l_knee=10 --overshoot 5 -o gains.yaml\n"
-                    "  bf run model.yaml --params gains.yaml");
-    command->callback([options] { execute(*options); });
+                    "  bf run model.yaml --params gains.yaml\n" +
+                    std::string(loop_example));
+    for (const char* of_joints : {"--robot", "--frequency", "--damping", "--torque", "--integral", "--pose"})
+        command->get_option(of_joints)->excludes(command->get_option("--loop"));
+    command->callback([options] { options->loop.empty() ? execute(*options) : options->execute(); });
 }
 
 } // namespace bf::tools

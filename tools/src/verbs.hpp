@@ -22,8 +22,10 @@ void add_draw(CLI::App& app);
 void add_diff(CLI::App& app);
 void add_linearize(CLI::App& app);
 void add_responses(CLI::App& app); ///< bode, nyquist, nichols, rootlocus, step
+void add_frequency_response(CLI::App& app);
 void add_trim(CLI::App& app);
 void add_gradient(CLI::App& app);
+void add_sensitivity(CLI::App& app);
 void add_edit(CLI::App& app);
 void add_view(CLI::App& app);
 void add_publish(CLI::App& app);

@@ -3,6 +3,7 @@
 #include "robots.hpp"
 #include "scenery.hpp"
 #include "session.hpp"
+#include "tune_loop.hpp"
 #include "verbs.hpp"
 
 namespace bf::tools {
@@ -39,7 +40,13 @@ void add_serve(CLI::App& app) {
     add_missing(app, "serve", "let other programs drive the robots of a model", "serve robots");
 }
 void add_tune(CLI::App& app) {
-    add_missing(app, "tune", "find gains of a robot's position loops, by simulated steps", "tune robots");
+    auto* command = app.add_subcommand(
+        "tune", "find gains of a loop of a model; those of robots' joints: not in this build");
+    auto options = std::make_shared<LoopTuning>();
+    options->add_to(*command, "model file (.yaml)");
+    command->get_option("--loop")->required();
+    command->footer(loop_example);
+    command->callback([options] { options->execute(); });
 }
 
 } // namespace bf::tools

@@ -3,6 +3,7 @@
 #include "command.hpp"
 
 #include <cmath>
+#include <complex>
 
 namespace bf::tools {
 
@@ -98,6 +99,27 @@ TEST_F(Linearize, FindsAnOperatingPointFromWhichRunsGoOn) {
     EXPECT_CONTAINS(bf("trim loop.yaml --free r --target y=2 --bound r=:1").err, "'r' is at its bound");
 }
 
+TEST_F(Linearize, MeasuresTheSameResponseInSimulation) {
+    const auto found = bf(
+        "frequency-response loop.yaml --loop gain --frequencies 1:10 --points 3 -o m.json -o m.png -o m.mat");
+    EXPECT_EQ(found.code, 0) << found.err;
+    EXPECT_CONTAINS(found.out, "from gain to gain at 0 s, amplitude 0.01\n");
+    EXPECT_CONTAINS(found.out, "m.json\nm.png\nm.mat\n");
+    EXPECT_EQ(read("m.png").substr(1, 3), "PNG");
+    const auto measured = json("m.json");
+    ASSERT_EQ(measured["omega"].size(), 3u);
+    for (std::size_t i = 0; i < 3; ++i) {
+        const std::complex<double> s(0, measured["omega"][i]), L = 10.0 / (s * s + 3.0 * s + 2.0);
+        EXPECT_NEAR(measured["real"][i], L.real(), 1e-4);
+        EXPECT_NEAR(measured["imaginary"][i], L.imag(), 1e-4);
+    }
+    const auto swept =
+        bf("frequency-response loop.yaml --from r --to y --frequencies 1:10 --points 4 --chirp -o m.yaml");
+    EXPECT_EQ(swept.code, 0) << swept.err;
+    EXPECT_CONTAINS(read("m.yaml"), "input: \"r\"\noutput: \"y\"\n");
+    EXPECT_CONTAINS(read("m.yaml"), "distortion: [null,null,null,null]\n");
+}
+
 TEST_F(Linearize, TellsHowTheCostOfARunChangesWithParametersAndInputs) {
     // At rest, y comes to 10/12 r, whatever the gain.
     const auto found = bf("gradient loop.yaml --cost plant --by r --by gain.K --duration 20 --at-end");
@@ -106,6 +128,59 @@ TEST_F(Linearize, TellsHowTheCostOfARunChangesWithParametersAndInputs) {
     EXPECT_CONTAINS(bf("gradient loop.yaml --cost plant --by gian.K").err,
                     "no parameter, state or input 'gian.K'; did you mean 'gain.K'");
     EXPECT_EQ(bf("gradient loop.yaml --cost plant").code, 2);
+}
+
+TEST_F(Linearize, TunesALoopAndWritesItsGains) {
+    // 2 k/(s² + 3 s + 2) is 1 at 3 rad/s for k = |(3j + 1) (3j + 2)|/2.
+    const std::string tune = "tune loop.yaml --loop gain --by gain.K --crossover 3 ";
+    const auto printed = bf(tune);
+    EXPECT_EQ(printed.code, 0) << printed.err;
+    const auto k = std::sqrt(10.0 * 13) / 2;
+    EXPECT_CONTAINS(printed.out, "\ngain: {K: 5.70088}\n");
+    EXPECT_NEAR(k, 5.70088, 1e-5);
+    EXPECT_CONTAINS(bf(tune + "-o g.yaml --picture g.png").out, "g.yaml\ng.png\ng_bode.png\n");
+    EXPECT_EQ(read("g.yaml"), "gain: {K: 5.70088}\n");
+    EXPECT_CONTAINS(bf("bode loop.yaml --loop gain --params g.yaml").out, "at 3 rad/s");
+    EXPECT_CONTAINS(bf(tune + "--edit").out, "loop.yaml\n");
+    std::string expected = loop_model;
+    expected.replace(expected.find("K: 5"), 4, "K: 5.70088");
+    EXPECT_EQ(read("loop.yaml"), expected);
+}
+
+TEST_F(Linearize, EditsVariablesWhereTheyStand) {
+    const std::string text =
+        "model: v\nstep: 0.01\nvariables:\n  Gain: {Kp: 1}   # of the loop\nblocks:\n  c:\n"
+        "    inputs: [e]\n    outputs: [u]\n    variables:\n      Ki: 0.1\n    blocks:\n"
+        "      p: {block: Gain, K: -Gain.Kp}\n      i: {block: DiscreteIntegrator, gain: -Ki, period: 0.01}\n"
+        "      s: {block: Sum, signs: ++}\n    connections: {e: [p, i], p: s.u1, i: s.u2, s: u}\n"
+        "  plant: {block: DiscreteTransferFunction, numerator: 0.1, denominator: \"[1 -0.95]\", period: "
+        "0.01}\n"
+        "connections: {c: plant, plant: c.e}\n";
+    write("v.yaml", text);
+    const auto done =
+        bf("tune v.yaml --loop c.u --by Gain.Kp --by c.Ki --crossover 12 --phase-margin 70 --edit");
+    EXPECT_EQ(done.code, 0) << done.err;
+    EXPECT_CONTAINS(read("v.yaml"), "   # of the loop\n");
+    EXPECT_EQ(read("v.yaml").find("Kp: 1}"), std::string::npos);
+    EXPECT_EQ(read("v.yaml").find("Ki: 0.1\n"), std::string::npos);
+    const auto margins = bf("bode v.yaml --loop c.u");
+    EXPECT_CONTAINS(margins.out, "stable\n");
+    const auto at = margins.out.find("phase margin");
+    ASSERT_NE(at, std::string::npos) << margins.out;
+    EXPECT_NEAR(std::strtod(margins.out.c_str() + at + 12, nullptr), 70, 1e-3) << margins.out;
+}
+
+TEST_F(Linearize, TellsHowNearChecksAreToTheirLimits) {
+    write("checked.yaml",
+          loop_model.substr(0, loop_model.find("connections:")) +
+              "  high: {block: Check, kind: maximum, at_most: 1.5}\n"
+              "connections:\n  r: error.u1\n  error: gain\n  gain: [plant, high]\n  plant: [error.u2, y]\n");
+    const auto found = bf("sensitivity checked.yaml --by gain.K -o s.json");
+    EXPECT_EQ(found.code, 0) << found.err;
+    EXPECT_CONTAINS(found.out, "high = 0, at most 1.5: 1.5 from its limit\n");
+    EXPECT_EQ(json("s.json")["names"][0], "gain.K");
+    EXPECT_EQ(json("s.json")["checks"][0]["slopes"][0], 0.0);
+    EXPECT_EQ(json("s.json")["checks"][0]["at_least"], nullptr);
 }
 
 TEST_F(Linearize, RefusesWithTheReason) {
@@ -120,6 +195,21 @@ TEST_F(Linearize, RefusesWithTheReason) {
     expect_error("bode loop.yaml --to plant --to gain", "from one input to one output");
     expect_error("bode loop.yaml --loop plant --from r", "--from excludes --loop");
     expect_error("bode loop.yaml --loop r", "there is no loop: what is added to 'r' does not come back");
+    expect_error("frequency-response loop.yaml --loop gain --frequencies 10:1",
+                 "neither LOW:HIGH nor one number");
+    expect_error("frequency-response loop.yaml --from r --frequencies 1",
+                 "both ends by --from SIGNAL and --to SIGNAL");
+    expect_error("frequency-response loop.yaml --loop gain --frequencies 1:1000",
+                 "below half of the sampling frequency");
+    expect_error("frequency-response loop.yaml --loop gain --frequencies 1 -o a.txt",
+                 "give a name that ends in .png");
+    expect_error("tune loop.yaml --loop gain --crossover 3", "name the gains by --by");
+    expect_error("tune loop.yaml --loop gain --by gain.K --crossover 3 --bandwidth 2", "excludes");
+    expect_error("tune loop.yaml --by gain.K", "--loop");
+    expect_error("tune loop.yaml --loop gain --by gain.K --crossover 3 -o loop.yaml", "loop.yaml");
+    expect_error("tune loop.yaml --loop gain --by gian.K --crossover 3", "did you mean 'gain.K'");
+    expect_error("sensitivity loop.yaml", "the model has no check that reports a number");
+    expect_error("sensitivity loop.yaml -o a.mat", "give a name that ends in .yaml or .json");
     expect_error("linearize loop.yaml --at -1", "--at");
     expect_error("linearize loop.yaml --from-snapshot nofile", "nofile");
 }

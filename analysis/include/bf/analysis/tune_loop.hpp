@@ -1,0 +1,60 @@
+// Gains of a loop for a crossover, a phase margin and an overshoot.
+#pragma once
+
+#include "bf/analysis/response.hpp"
+#include "bf/engine/simulation.hpp"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace bf::analysis {
+
+struct TuneOptions {
+    std::string loop = {}; ///< a signal, or an element of it: L as of negative feedback, 1 + L = 0
+    /// Gains: parameters "block.parameter", or elements of them, and variables of the model; or a block with
+    /// parameters P, I and D, which stands for P and I, and for D where the model gives one. One or two of
+    /// them, or P, I and D of a block.
+    std::vector<std::string> by = {};
+    double crossover = 0;                    ///< where |L| = 1 [rad/s]; or
+    double bandwidth = 0;                    ///< of L/(1 + L) [rad/s]
+    std::optional<double> phase_margin = {}; ///< degrees; more where the overshoot asks for it
+    std::optional<double> overshoot = {};    ///< of the step of L/(1 + L), at most [%]
+    double gain_margin = 0;                  ///< dB, at least
+};
+
+struct TunedLoop {
+    struct Gain {
+        std::string name; ///< "controller.pid.P", "Gain.Kp", "pid.P[2]"
+        double before = 0, after = 0;
+    };
+    std::vector<Gain> gains;
+    /// L, and the step of L/(1 + L).
+    struct State {
+        LinearSystem loop;
+        Margins margins;
+        StepResponse step;
+    } before, after;
+};
+
+/// Finds gains with which the linearised loop crosses 1 where it is asked to, with the phase margin that is
+/// asked for (60 degrees where nothing is said): C(jω) G(jω) = exp(j (φ - π)) in the gains. Where P, I and D
+/// are free they have a double zero, P² = 4 I D. An overshoot is met by the least phase margin that does.
+/// Source: Åström and Hägglund, PID Controllers (1995), §4.7 and §6.2. Gains keep the sign that they have,
+/// and those that are 0 get that of the others. The loop is linearised exactly at the run's present state for
+/// each set of gains, of which the values of the run's own parameters follow; L need not be linear in them.
+///
+/// The run then has the gains, and is where it was. Throws RunError, and leaves them as they were: what
+/// cannot be reached, and what can; unknown names; what `linearize` and `margins` refuse.
+TunedLoop tune_loop(Simulation& run, const TuneOptions& options);
+
+/// y(t) of a run in which a step is added at a loop, from its present state: what comes back there, less what
+/// it is without the step, by its height. Of a linear loop that is the step response of L/(1 + L).
+struct SimulatedStep {
+    std::vector<double> time, value; ///< s from now
+    double height = 0;               ///< of the step, in the unit of the signal
+};
+/// `height` 0: 1 % of what the signal is, at least 0.01. The run is afterwards where it was. Throws RunError.
+SimulatedStep simulated_step(Simulation& run, const std::string& loop, double duration, double height = 0);
+
+} // namespace bf::analysis

@@ -1,0 +1,202 @@
+// What is found out about a run in Python by running it on from where it is.
+#include "simulation.hpp"
+
+#include "bf/analysis/measured_response.hpp"
+#include "bf/analysis/sensitivity.hpp"
+#include "bf/analysis/tune_loop.hpp"
+
+#include <nanobind/eigen/dense.h>
+#include <nanobind/stl/complex.h>
+#include <nanobind/stl/tuple.h>
+
+#include <chrono>
+
+namespace bf::python {
+
+namespace {
+
+using analysis::MeasuredResponse;
+using analysis::Sensitivities;
+using analysis::TunedLoop;
+
+/// Asks Python about Ctrl-C twenty times a second; afterwards `raise` says what came.
+class Interruption {
+  public:
+    Interruption() {
+        const auto threading = nb::module_::import_("threading");
+        is_main_ = threading.attr("current_thread")().is(threading.attr("main_thread")());
+    }
+    bool go_on() noexcept {
+        using namespace std::chrono;
+        const auto now = steady_clock::now();
+        if (!is_main_ || now - last_ < 50ms) return !is_ending();
+        last_ = now;
+        const nb::gil_scoped_acquire gil;
+        return PyErr_CheckSignals() == 0;
+    }
+    void raise() const {
+        if (PyErr_Occurred()) throw nb::python_error();
+    }
+
+  private:
+    bool is_main_; ///< the thread that sees signals
+    std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+/// f(go_on) without the GIL, of a run that nobody observes.
+template <class F> auto explored(PythonRun& self, F&& f) {
+    const InUse use(self);
+    self.require_started();
+    if (!self.observers.empty() || !self.recorders.empty())
+        raise("RunError",
+              "the run is recorded or observed, and would show what is only tried; end that first, "
+              "or use another run");
+    Interruption interruption;
+    decltype(f(std::function<bool()>())) found;
+    std::exception_ptr error;
+    {
+        const WithoutGil parallel;
+        try {
+            found = f([&] { return interruption.go_on() && !self.pending.is_there(); });
+        } catch (...) {
+            error = std::current_exception();
+        }
+    }
+    interruption.raise();
+    self.pending.raise();
+    if (error) std::rethrow_exception(error);
+    return found;
+}
+
+} // namespace
+
+void bind_measure(nb::module_& m) {
+    nb::class_<MeasuredResponse>(m, "_MeasuredResponse")
+        .def_ro("input", &MeasuredResponse::input)
+        .def_ro("output", &MeasuredResponse::output)
+        .def_ro("input_unit", &MeasuredResponse::input_unit)
+        .def_ro("output_unit", &MeasuredResponse::output_unit)
+        .def_ro("amplitude", &MeasuredResponse::amplitude)
+        .def_ro("time", &MeasuredResponse::time)
+        .def_prop_ro("omega", [](const MeasuredResponse& r) { return r.response.omega; })
+        .def_prop_ro("value", [](const MeasuredResponse& r) { return r.response.value; })
+        .def_prop_ro("magnitude", [](const MeasuredResponse& r) { return r.response.magnitude; })
+        .def_prop_ro("phase", [](const MeasuredResponse& r) { return r.response.phase; })
+        .def_ro("coherence", &MeasuredResponse::coherence)
+        .def_ro("distortion", &MeasuredResponse::distortion)
+        .def_ro("unsettled", &MeasuredResponse::unsettled);
+    m.def(
+        "_measure_response",
+        [](PythonRun& run, const std::string& from, const std::string& to, const std::string& loop,
+           const std::vector<double>& omega, double amplitude, bool is_chirp, double tolerance,
+           int most_periods) {
+            analysis::MeasureOptions options{.from = from,
+                                             .to = to,
+                                             .loop = loop,
+                                             .omega = omega,
+                                             .amplitude = amplitude,
+                                             .tolerance = tolerance,
+                                             .most_periods = most_periods};
+            if (is_chirp) options.excitation = analysis::MeasureOptions::Excitation::chirp;
+            return explored(run, [&](std::function<bool()> go_on) {
+                options.go_on = std::move(go_on);
+                return analysis::measure_response(run.run, options);
+            });
+        },
+        nb::arg("run"), nb::arg("from_"), nb::arg("to"), nb::arg("loop"), nb::arg("omega"),
+        nb::arg("amplitude"), nb::arg("is_chirp"), nb::arg("tolerance"), nb::arg("most_periods"));
+
+    nb::class_<TunedLoop>(m, "_TunedLoop")
+        .def_prop_ro("gains",
+                     [](const TunedLoop& t) {
+                         std::vector<std::tuple<std::string, double, double>> all;
+                         for (const auto& gain : t.gains)
+                             all.emplace_back(gain.name, gain.before, gain.after);
+                         return all;
+                     })
+        .def_prop_ro("loop_before", [](const TunedLoop& t) { return t.before.loop; })
+        .def_prop_ro("loop", [](const TunedLoop& t) { return t.after.loop; })
+        .def_prop_ro("margins_before", [](const TunedLoop& t) { return t.before.margins; })
+        .def_prop_ro("margins", [](const TunedLoop& t) { return t.after.margins; })
+        .def_prop_ro("step_before", [](const TunedLoop& t) { return t.before.step; })
+        .def_prop_ro("step", [](const TunedLoop& t) { return t.after.step; });
+    m.def(
+        "_tune_loop",
+        [](PythonRun& run, const std::string& loop, const std::vector<std::string>& by, double crossover,
+           double bandwidth, std::optional<double> phase_margin, std::optional<double> overshoot,
+           double gain_margin) {
+            return explored(run, [&](std::function<bool()>) {
+                return analysis::tune_loop(
+                    run.run, {loop, by, crossover, bandwidth, phase_margin, overshoot, gain_margin});
+            });
+        },
+        nb::arg("run"), nb::arg("loop"), nb::arg("by"), nb::arg("crossover"), nb::arg("bandwidth"),
+        nb::arg("phase_margin").none(), nb::arg("overshoot").none(), nb::arg("gain_margin"));
+    m.def(
+        "_simulated_step",
+        [](PythonRun& run, const std::string& loop, double duration, double height) {
+            return explored(run, [&](std::function<bool()>) {
+                const auto found = analysis::simulated_step(run.run, loop, duration, height);
+                return std::pair(found.time, found.value);
+            });
+        },
+        nb::arg("run"), nb::arg("loop"), nb::arg("duration"), nb::arg("height"));
+
+    using Check = Sensitivities::Check;
+    nb::class_<Check>(m, "CheckSensitivity", "How near a check is to its limits, and what takes it there.")
+        .def_ro("name", &Check::name, "Of the block.")
+        .def_ro("value", &Check::value, "That it reports at the end of the run.")
+        .def_ro("at_least", &Check::lower, "Its lower limit; -inf: none.")
+        .def_ro("at_most", &Check::upper, "Its upper limit; inf: none.")
+        .def_ro("passed", &Check::has_passed, "Is the value within its limits?")
+        .def_ro("distance", &Check::distance, "To the nearer limit, negative beyond it; inf: there is none.")
+        .def_prop_ro(
+            "slopes", [](const Check& c) { return c.slopes; }, "Of the value by each number.")
+        .def_prop_ro(
+            "distance_slopes", [](const Check& c) { return c.distance_slopes; },
+            "Of the distance by each number; 0 without a limit.")
+        .def_prop_ro(
+            "changes_to_limit",
+            [](const Check& c) {
+                analysis::Vector all(c.slopes.size());
+                for (Eigen::Index i = 0; i < all.size(); ++i) all[i] = c.change_to_limit(i);
+                return all;
+            },
+            "Of each number, the change that takes the distance to 0 if it goes on as it begins; inf: none "
+            "does.")
+        .def_ro("differenced", &Check::differenced,
+                "Why slopes are differences of runs; empty: they are exact.")
+        .def_ro("has_corner", &Check::has_corner,
+                "A jump or corner was met on the way: slopes are those of one side.");
+    nb::class_<Sensitivities>(m, "_Sensitivities")
+        .def_ro("names", &Sensitivities::names)
+        .def_prop_ro("at", [](const Sensitivities& s) { return s.at; })
+        .def_ro("checks", &Sensitivities::checks);
+    m.def(
+        "_sensitivities",
+        [](const PythonModel& model, const std::vector<std::string>& by,
+           const std::vector<std::string>& checks, double duration, double difference) {
+            if (!model.examined.diagnostics.empty()) throw model::Errors(model.examined.diagnostics);
+            Interruption interruption;
+            std::optional<Sensitivities> found;
+            std::exception_ptr error;
+            {
+                const WithoutGil parallel;
+                try {
+                    found = analysis::sensitivities(
+                        model.examined.diagram,
+                        {.by = by, .checks = checks, .duration = duration, .step = difference, .go_on = [&] {
+                             return interruption.go_on();
+                         }});
+                } catch (...) {
+                    error = std::current_exception();
+                }
+            }
+            interruption.raise();
+            if (error) std::rethrow_exception(error);
+            return std::move(*found);
+        },
+        nb::arg("model"), nb::arg("by"), nb::arg("checks"), nb::arg("duration"), nb::arg("difference"));
+}
+
+} // namespace bf::python

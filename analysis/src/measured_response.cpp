@@ -60,12 +60,16 @@ class Measurement final : Run::Observer {
         if (!(options.amplitude >= 0) || !std::isfinite(options.amplitude))
             throw RunError("the amplitude of what is added is a number above 0, not " +
                            std::to_string(options.amplitude));
+        const auto& source = d_.nodes[static_cast<std::size_t>(from_.end.node)];
+        if (is_loop_ && source.block->declaration().traits.is_root_input)
+            throw RunError("no loop goes through '" + from_.name + "', an input of the root");
         if (options.omega.empty()) throw RunError("name frequencies at which the response is measured");
         x_.every = ticks(from_.end);
         y_.every = ticks(to_.end);
-        for (const auto& rate : d_.rates)
-            if (!rate.is_constant && rate.trigger == 0) common_ = std::lcm(common_, rate.ticks);
         constexpr std::int64_t most_common = 100'000; // else those of the two signals count alone
+        for (const auto& rate : d_.rates)
+            if (!rate.is_constant && rate.trigger == 0 && common_ <= most_common)
+                common_ = std::lcm(common_, rate.ticks);
         if (common_ > most_common) common_ = std::lcm(x_.every, y_.every);
         const double value = read(from_);
         amplitude_ = options.amplitude > 0 ? options.amplitude : 0.01 * std::max(1.0, std::abs(value));

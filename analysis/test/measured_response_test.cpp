@@ -265,6 +265,7 @@ TEST(MeasuredResponse, RefusesByName) {
     expect(refused_measurement(measured_loop, {.from = "r", .to = "plant"}), "name frequencies");
     expect(refused_measurement(measured_loop, {.from = "r", .to = "plant", .omega = {1}, .amplitude = NAN}),
            "amplitude");
+    expect(refused_measurement(measured_loop, {.loop = "r", .omega = {1}}), "no loop goes through 'r'");
     const std::string constant = "model: c\nstep: 0.1\nblocks:\n  one: {block: Constant, value: 1}\n"
                                  "  two: {block: Gain, K: 2}\n  i: {block: DiscreteIntegrator}\n"
                                  "connections: {one: two, two: i}\n";

@@ -39,14 +39,20 @@ void print(const Sensitivities& found, int rows) {
     for (const auto& check : found.checks) {
         std::printf("%s\n", escape::terminal(line_of(check)).c_str());
         std::vector<Eigen::Index> order;
-        for (Eigen::Index i = 0; i < found.at.size(); ++i) order.push_back(i);
+        for (Eigen::Index i = 0; i < found.at.size(); ++i)
+            if (check.slopes[i] != 0 || check.distance_slopes[i] != 0) order.push_back(i);
         const bool has_limit = std::isfinite(check.distance);
         // Those whose least relative change matters come first.
         const auto weight = [&](Eigen::Index i) {
-            return std::abs(check.slopes[i]) * (found.at[i] != 0 ? std::abs(found.at[i]) : 1);
+            const double slope = std::max(std::abs(check.slopes[i]), std::abs(check.distance_slopes[i]));
+            return slope * (found.at[i] != 0 ? std::abs(found.at[i]) : 1);
         };
         std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return weight(a) > weight(b); });
-        std::printf("  %-28s  %12s  %14s  %s\n", "by", "at", "slope", has_limit ? "its limit is met at" : "");
+        if (order.empty())
+            std::printf("  nothing that was looked at changes it\n");
+        else
+            std::printf("  %-28s  %12s  %14s  %s\n", "by", "at", "slope",
+                        has_limit ? "its limit is met at" : "");
         int shown = 0;
         for (const auto i : order) {
             if (shown++ == rows) {

@@ -177,7 +177,10 @@ TEST_F(Linearize, TellsHowNearChecksAreToTheirLimits) {
               "connections:\n  r: error.u1\n  error: gain\n  gain: [plant, high]\n  plant: [error.u2, y]\n");
     const auto found = bf("sensitivity checked.yaml --by gain.K -o s.json");
     EXPECT_EQ(found.code, 0) << found.err;
-    EXPECT_CONTAINS(found.out, "high = 0, at most 1.5: 1.5 from its limit\n");
+    EXPECT_CONTAINS(found.out,
+                    "high = 0, at most 1.5: 1.5 from its limit\n  nothing that was looked at changes it\n");
+    EXPECT_CONTAINS(bf("sensitivity checked.yaml --by high.at_most").out,
+                    "  high.at_most                           1.5               0  0\n");
     EXPECT_EQ(json("s.json")["names"][0], "gain.K");
     EXPECT_EQ(json("s.json")["checks"][0]["slopes"][0], 0.0);
     EXPECT_EQ(json("s.json")["checks"][0]["at_least"], nullptr);

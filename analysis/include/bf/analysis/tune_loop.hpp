@@ -40,9 +40,9 @@ struct TunedLoop {
 /// Finds gains with which the linearised loop crosses 1 where it is asked to, with the phase margin that is
 /// asked for (60 degrees where nothing is said): C(jω) G(jω) = exp(j (φ - π)) in the gains. Where P, I and D
 /// are free they have a double zero, P² = 4 I D. An overshoot is met by the least phase margin that does.
-/// Source: Åström and Hägglund, PID Controllers (1995), §4.7 and §6.2. Gains keep the sign that they have,
-/// and those that are 0 get that of the others. The loop is linearised exactly at the run's present state for
-/// each set of gains, of which the values of the run's own parameters follow; L need not be linear in them.
+/// Source: Åström and Hägglund, PID Controllers: Theory, Design, and Tuning (1995). Gains keep the sign that
+/// they have, and those that are 0 get that of the others. The loop is linearised exactly at the run's
+/// present state, anew for each set of gains: L need not be linear in them.
 ///
 /// The run then has the gains, and is where it was. Throws RunError, and leaves them as they were: what
 /// cannot be reached, and what can; unknown names; what `linearize` and `margins` refuse.

@@ -2,6 +2,7 @@
 
 #include "bf/kernels/linear_algebra.hpp"
 #include "bf/kernels/matrix.hpp"
+#include "bf/kernels/standard.hpp"
 
 #include <Eigen/Cholesky>
 

@@ -140,7 +140,8 @@ def everything(folder):
     for sources in sorted((DEPS / "src").iterdir()):
         if sources.is_dir():
             add(sources.name, of_sources, sources)
-    add("nanobind", lambda: next(DEPS.glob("python/lib/python3.*/site-packages/nanobind-*.dist-info/licenses/LICENSE")).read_text())
+    if any(folder.rglob("_native.*.so")):
+        add("nanobind", lambda: next(DEPS.glob("python/lib/python3.*/site-packages/nanobind-*.dist-info/licenses/LICENSE")).read_text())
     add("packages in the editor's page (npm)", page, folder)
     if missing:
         sys.exit("licences.py: what is shipped lacks a licence:\n  " + "\n  ".join(missing))

@@ -26,6 +26,8 @@ cp debian/work/balancing*.png "$packages"
 
 # No library is missing anywhere, nor taken from the folder that somebody starts a program in.
 inside "find /usr/lib/blockfactory -name '*.so*' -type f | xargs ldd | grep 'not found' && exit 1 || true"
+# What the CMake package gives programs that carry the Whole-Body Toolbox is there.
+inside "cd /usr/lib/blockfactory && for library in \$(grep -oh '\(cmeel.prefix/lib\|mujoco\)/lib[^;\"]*' blockfactory/lib/cmake/*/*.cmake); do test -e \$library || exit 1; done"
 inside "bf doctor --json >doctor.json && bf edit --protocol >/dev/null && test -s /usr/share/doc/blockfactory/copyright"
 for plugin in WholeBodyToolbox WholeBodyCameras SharedMemory Udp FMI; do
     grep -A2 "\"name\": \"$plugin\"" debian/work/doctor.json | grep -q '"blocks"' || { cat debian/work/doctor.json; exit 1; }

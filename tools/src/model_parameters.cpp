@@ -1,6 +1,7 @@
 #include "model_parameters.hpp"
 
 #include "bf/elaborate/tuning.hpp"
+#include "bf/engine/simulation.hpp"
 #include "bf/middleware/served_parameters.hpp"
 #include "bf/realtime/runner.hpp"
 #include "bf/run/recorder.hpp"

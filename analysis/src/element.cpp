@@ -2,36 +2,24 @@
 
 #include "bf/core/registry.hpp"
 #include "bf/run/run.hpp"
+#include "named.hpp"
 
 namespace bf::analysis {
 
 Element find_element(const Diagram& d, const std::string& name) {
     const SignalFinder finder(d);
-    std::vector<SignalName> states;
-    for (int n = 0; n < static_cast<int>(d.nodes.size()); ++n) {
-        const auto& slots = d.nodes[static_cast<std::size_t>(n)].block->resolution().slots;
-        for (int s = 0; s < static_cast<int>(slots.size()); ++s)
-            if (is_state(slots[static_cast<std::size_t>(s)].role))
-                states.push_back({d.end_path({n, s}), {n, s}});
-    }
-    const auto look = [&](const std::string& path) {
-        Node::End end = finder.find(path);
-        for (const auto& state : states)
-            if (end.node < 0 && state.path == path) end = state.end;
-        return end;
-    };
-    std::string whole = name, element;
-    Node::End end = look(name);
-    if (const auto bracket = name.find('['); end.node < 0 && bracket != std::string::npos) {
-        whole = name.substr(0, bracket);
-        element = name.substr(bracket);
-        end = look(whole);
-    }
+    const auto [end, whole, element] = named(name, [&](const std::string& path) {
+        const Node::End signal = finder.find(path);
+        return signal.node >= 0 ? signal : find_state(d, path);
+    });
     if (end.node < 0) {
         std::vector<std::string> known;
-        for (const auto* all : {&finder.all(), static_cast<const std::vector<SignalName>*>(&states)})
-            for (const auto& one : *all) known.push_back(one.path);
-        for (const auto& node : d.nodes) known.push_back(node.path);
+        for (const auto& signal : finder.all()) known.push_back(signal.path);
+        for (const auto& node : d.nodes) {
+            known.push_back(node.path);
+            for (const auto& slot : node.block->resolution().slots)
+                if (is_state(slot.role)) known.push_back(node.path + "." + slot.name);
+        }
         throw RunError("the model has no signal or state '" + whole + "'" + did_you_mean(whole, known));
     }
     const Slot& slot = d.slot(end);
@@ -39,14 +27,13 @@ Element find_element(const Diagram& d, const std::string& name) {
         throw RunError("'" + whole + "' is of type " + bf::name(slot.type) +
                        ", which does not change by little; choose a signal of real numbers");
     const int count = slot.size.count();
+    const auto meant = elements(d, {end, whole, element});
+    if (meant.size() != 1)
+        throw RunError(
+            "'" + whole + "' has " + std::to_string(count) + (count == 1 ? " element" : " elements") +
+            (element.empty() ? "; name one of them, as '" + whole + "[1]'" : ", and not " + element));
     const std::string unit = slot.unit.text == any_unit.text ? "" : std::string(slot.unit.text);
-    for (int e = 0; e < count; ++e) {
-        const std::string text = d.element_text(end, e), number = "[" + std::to_string(e + 1) + "]";
-        if (element.empty() ? count == 1 : element == text || element == number)
-            return {end, e, count == 1 ? whole : whole + text, unit};
-    }
-    throw RunError("'" + whole + "' has " + std::to_string(count) + (count == 1 ? " element" : " elements") +
-                   (element.empty() ? "; name one of them, as '" + whole + "[1]'" : ", and not " + element));
+    return {end, meant[0], count == 1 ? whole : whole + d.element_text(end, meant[0]), unit};
 }
 
 } // namespace bf::analysis

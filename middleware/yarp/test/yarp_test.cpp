@@ -4,8 +4,13 @@
 #include "heap.hpp"
 #include "running.hpp"
 
+#include <cstring>
+#include <dlfcn.h>
 #include <functional>
+#include <link.h>
+#include <string>
 #include <unistd.h>
+#include <vector>
 #include <yarp/dev/ControlBoardInterfaces.h>
 #include <yarp/dev/IPidControl.h>
 #include <yarp/dev/PolyDriver.h>
@@ -50,6 +55,19 @@ class Pretended {
                         "period 5\n[GENERAL]\nJoints 3\nAxisName hip knee ankle\n");
             open(imu,
                  "device multipleanalogsensorsserver\nsubdevice fakeIMU\nname /icubSim/imu\nperiod 10\n");
+            keep_libraries();
+        }
+        /// Its threads still run when YARP closes the libraries of devices, at the end of the program.
+        static void keep_libraries() {
+            std::vector<std::string> devices;
+            dl_iterate_phdr(
+                [](dl_phdr_info* library, std::size_t, void* names) {
+                    if (std::strstr(library->dlpi_name, "/yarp_") != nullptr)
+                        static_cast<std::vector<std::string>*>(names)->emplace_back(library->dlpi_name);
+                    return 0;
+                },
+                &devices);
+            for (const auto& device : devices) dlopen(device.c_str(), RTLD_LAZY | RTLD_NODELETE);
         }
         static void open(dev::PolyDriver& driver, const char* config) {
             os::Property wanted;

@@ -127,7 +127,9 @@ std::string Generator::derivatives_source(const Calls& calls, const std::vector<
            ": what goes on between two steps, on numbers with derivatives.\n#include "
            "\"bf/codegen/on_numbers.hpp\"\n#include \"" +
            file_ +
-           ".hpp\"\n\nnamespace {\n\nusing bf::generated::assign;\nusing "
+           ".hpp\"\n\n// Compiling it better would take longer than it is ever at work.\n"
+           "#ifdef __GNUC__\n#pragma GCC optimize(\"O1\")\n#endif\n\nnamespace {\n\nusing "
+           "bf::generated::assign;\nusing "
            "bf::generated::on_numbers::copy;\nusing bf::generated::on_numbers::Number;\nnamespace math = "
            "bf::generated::on_numbers::math;\n\nstruct OnNumbers {\n    using Real = Number;\n    static "
            "constexpr double period = " +

@@ -4,11 +4,14 @@
 #include "bf/core/registry.hpp"
 #include "bf/elaborate/tuning.hpp"
 #include "bf/engine/simulation.hpp"
+#include "named.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <memory>
+#include <string>
+#include <utility>
 
 namespace bf::analysis {
 
@@ -191,6 +194,19 @@ class Sensitivity {
             throw RunError(error.what());
         }
     }
+    /// The changes by -h and h, each 0 where a limit of the number forbids it.
+    std::pair<double, double> allowed(const Number& number, std::size_t e, double h) const {
+        std::pair<double, double> both{-h, h};
+        std::string why;
+        for (double* change : {&both.first, &both.second}) try {
+                followers(number, e, *change);
+            } catch (const RunError& error) {
+                *change = 0;
+                why = error.what();
+            }
+        if (both.first == both.second) throw RunError(why);
+        return both;
+    }
     /// Of each number, how all parameters follow from it.
     void find_followers() {
         constexpr double relative = 1e-6; // of expressions, which are cheap and smooth
@@ -204,13 +220,14 @@ class Sensitivity {
                     own[static_cast<Eigen::Index>(e)] = 1;
                     continue;
                 }
-                const auto up = followers(number, e, h), down = followers(number, e, -h);
+                const auto [below, above] = allowed(number, e, h);
+                const auto up = followers(number, e, above), down = followers(number, e, below);
                 for (std::size_t k = 0; k < up.size(); ++k) {
                     auto& slope = slopes[up[k].path];
                     slope = Vector::Zero(static_cast<Eigen::Index>(up[k].values.size()));
                     for (std::size_t i = 0; i < up[k].values.size(); ++i) {
                         const double change = up[k].values[i] - down[k].values[i];
-                        slope[static_cast<Eigen::Index>(i)] = change == 0 ? 0 : change / (2 * h);
+                        slope[static_cast<Eigen::Index>(i)] = change == 0 ? 0 : change / (above - below);
                     }
                 }
             }
@@ -281,8 +298,15 @@ class Sensitivity {
         for (const auto& path : checks_) {
             const auto found =
                 std::find_if(all.begin(), all.end(), [&](const auto& one) { return one.first == path; });
-            values.push_back(read_value(run_.context().data(found->second.node, found->second.slot),
-                                        d_.slot(found->second).type, 0));
+            const auto read = [&](const Node::End& end) {
+                return read_value(run_.context().data(end.node, end.slot), d_.slot(end).type, 0);
+            };
+            if (read(find_state(d_, path + ".count")) == 0)
+                throw RunError(
+                    "the check '" + path +
+                    "' has looked at no step when the run ends; let it begin earlier or the run end "
+                    "later, or name other checks");
+            values.push_back(read(found->second));
         }
         return values;
     }
@@ -293,9 +317,10 @@ class Sensitivity {
         for (const auto& number : numbers_)
             for (std::size_t e = 0; e < number.given.values.size(); ++e, ++i) {
                 const double h = step_of(number.given.values[e], options_.step);
-                const auto up = run(followers(number, e, h)), down = run(followers(number, e, -h));
+                const auto [below, above] = allowed(number, e, h);
+                const auto up = run(followers(number, e, above)), down = run(followers(number, e, below));
                 for (std::size_t c = 0; c < checks_.size(); ++c)
-                    all(static_cast<Eigen::Index>(c), i) = (up[c] - down[c]) / (2 * h);
+                    all(static_cast<Eigen::Index>(c), i) = (up[c] - down[c]) / (above - below);
             }
         return all;
     }

@@ -414,21 +414,38 @@ class Tuning {
                                       : "a bandwidth of " + text(options_.bandwidth) + " rad/s";
     }
 
+    bool has_gain_margin(const Margins& m) const {
+        return options_.gain_margin == 0 || 20 * std::log10(m.gain) >= options_.gain_margin;
+    }
+
     /// Of one gain: the highest crossover that does.
     Values by_phase() {
+        const double phase_margin = options_.phase_margin.value_or(options_.overshoot ? 0.0 : 60.0);
         if (!family_) family_.emplace(family(gains_.first()));
+        // Gains beyond limits of their own are none.
         const auto does = [&](double omega) -> Values {
-            const auto gains = attempt(omega, 0);
-            if (!is_good(gains)) return {};
-            const auto found = margins(loop(gains));
-            const bool has_phase = !options_.phase_margin || found.phase >= *options_.phase_margin;
-            const bool has_overshoot = !options_.overshoot || overshoot_of(gains) <= *options_.overshoot;
-            return has_phase && has_overshoot ? gains : Values{};
+            try {
+                const auto gains = attempt(omega, 0);
+                if (!is_good(gains)) return {};
+                const auto found = margins(loop(gains));
+                const bool has_overshoot = !options_.overshoot || overshoot_of(gains) <= *options_.overshoot;
+                return found.phase >= phase_margin && has_overshoot && has_gain_margin(found) ? gains
+                                                                                              : Values{};
+            } catch (const RunError&) {
+                return {};
+            }
         };
+        const std::string asked = options_.overshoot && !options_.phase_margin
+                                      ? "an overshoot of at most " + text(*options_.overshoot) + " %"
+                                      : "a phase margin of " + text(phase_margin) + " degrees";
         const auto range = frequencies(loop(gains_.first()), 0, 0, 60, true);
         for (auto omega = range.rbegin() + 1; omega != range.rend(); ++omega) {
             auto gains = does(*omega);
             if (gains.empty()) continue;
+            if (omega == range.rbegin() + 1)
+                throw RunError(
+                    "the loop has " + asked + " at crossovers up to " + text(*omega) +
+                    " rad/s, where the search ends, so that none is the fastest; ask for a crossover");
             double low = *omega, high = *(omega - 1);
             while (high > low * (1 + 1e-9)) {
                 const double middle = std::sqrt(low * high);
@@ -438,12 +455,11 @@ class Tuning {
             }
             return gains;
         }
-        throw RunError("no value of '" + gains_.all()[0].name + "' gives " +
-                       (options_.phase_margin
-                            ? "a phase margin of " + text(*options_.phase_margin) + " degrees"
-                            : "an overshoot of at most " + text(*options_.overshoot) + " %") +
-                       " between " + text(range.front()) + " and " + text(range.back()) +
-                       " rad/s; ask for less, or tune another gain, too");
+        throw RunError(
+            "no value of '" + gains_.all()[0].name + "' gives " + asked +
+            (options_.gain_margin > 0 ? " and a gain margin of " + text(options_.gain_margin) + " dB" : "") +
+            " between " + text(range.front()) + " and " + text(range.back()) +
+            " rad/s; ask for less, or tune another gain, too");
     }
 
     /// The ends of what can be had around that, to a hundredth of it; `ok` holds within.
@@ -503,9 +519,11 @@ class Tuning {
             throw RunError("the loop crosses 1 again at " + text(m.gain_crossover) +
                            " rad/s, where its phase margin is " + text(m.phase) +
                            " degrees; ask for a slower loop, or damp what resonates there");
-        const double gain_margin = 20 * std::log10(m.gain);
-        if (options_.gain_margin > 0 && gain_margin < options_.gain_margin)
-            throw RunError("the gain margin comes to " + text(gain_margin) + " dB at " +
+        if (m.modulus < 1e-6)
+            throw RunError("the closed loop would swing on for ever at " + text(m.gain_crossover) +
+                           " rad/s, where the loop's gain is -1; ask for another speed, or tune more gains");
+        if (!has_gain_margin(m))
+            throw RunError("the gain margin comes to " + text(20 * std::log10(m.gain)) + " dB at " +
                            text(m.phase_crossover) + " rad/s, not to " + text(options_.gain_margin) +
                            " dB; ask for a slower loop or a greater phase margin");
     }

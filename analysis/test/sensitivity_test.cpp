@@ -138,4 +138,22 @@ TEST(Sensitivity, RefusesByName) {
     expect(refused_sensitivity(decay, {.step = 1}), "at most 0.1");
 }
 
+TEST(Sensitivity, OfAVariableAtItsLimitIsThatOfOneSide) {
+    std::string text = decay;
+    text.replace(text.find("a: 0.7"), 6, "a: {value: 0.7, minimum: 0.7}");
+    const auto free = sensitivities_of(decay), held = sensitivities_of(text);
+    const auto by_runs = sensitivities_of(text, {.by_differences = true});
+    const double slope = named_check(free, "end").slopes[0];
+    EXPECT_NEAR(named_check(held, "end").slopes[0], slope, 1e-5 * std::abs(slope));
+    EXPECT_NEAR(named_check(by_runs, "end").slopes[0], slope, 1e-2 * std::abs(slope));
+}
+
+TEST(Sensitivity, OfACheckThatLooksAtNothingIsRefused) {
+    std::string text = decay;
+    text.replace(text.find("at_most: 2.5"), 12, "at_most: 2.5, from_time: 5");
+    EXPECT_EQ(refused_sensitivity(text, {.checks = {"top"}}).find("the check 'top' has looked at no step"),
+              0u);
+    EXPECT_EQ(refused_sensitivity(text, {.checks = {"end"}}), "nothing");
+}
+
 } // namespace bf::analysis::test

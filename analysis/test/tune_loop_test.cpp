@@ -145,6 +145,29 @@ TEST(TuneLoop, OneGainMeetsOneRequirement) {
     // s² + s + k oversteps by exp(-π ζ/√(1 - ζ²)), k = 1/(4 ζ²).
     const double zeta = 0.5, over = 100 * std::exp(-half_turn * zeta / std::sqrt(1 - zeta * zeta));
     EXPECT_NEAR(tuned(lag, {.loop = "pid", .by = {"pid.P"}, .overshoot = over}).gains[0].after, 1, 1e-3);
+    // Where nothing is said it has 60 degrees, which are left at 1/√3 rad/s.
+    EXPECT_NEAR(tuned(lag, {.loop = "pid", .by = {"pid.P"}}).gains[0].after, 2.0 / 3, 1e-6);
+    EXPECT_NEAR(tuned(lag, {.loop = "pid", .by = {"pid.P"}, .gain_margin = 20}).gains[0].after, 2.0 / 3,
+                1e-6);
+}
+
+TEST(TuneLoop, StaysWithinTheLimitsOfAVariable) {
+    std::string text = loop_of("numerator: 1, denominator: \"[1 1 0]\"", "P: k, I: 0");
+    text.replace(text.find("blocks:"), 7, "variables: {k: {value: 0.1, minimum: 0, maximum: 5}}\nblocks:");
+    EXPECT_NEAR(tuned(text, {.loop = "pid", .by = {"k"}, .phase_margin = 45}).gains[0].after, std::sqrt(2.0),
+                1e-6);
+}
+
+TEST(TuneLoop, OneGainHasNeitherAnEndlessSpeedNorAnEndlessSwing) {
+    // k (s + 1)²/s³ comes to 90 degrees the faster it is.
+    const auto growing =
+        refused_tuning(loop_of("numerator: \"[1 2 1]\", denominator: \"[1 0 0 0]\"", "P: 2, I: 0"),
+                       {.loop = "pid", .by = {"pid.P"}, .phase_margin = 60});
+    EXPECT_NE(growing.find("none is the fastest; ask for a crossover"), std::string::npos) << growing;
+    // (P + 1/s)/(s (s + 1)) with P = 1: poles at -1 and ±j.
+    const auto swinging = refused_tuning(loop_of("numerator: 1, denominator: \"[1 1 0]\"", "P: 3, I: 1"),
+                                         {.loop = "pid", .by = {"pid.P"}, .crossover = 1});
+    EXPECT_NE(swinging.find("would swing on for ever at 1 rad/s"), std::string::npos) << swinging;
 }
 
 TEST(TuneLoop, SaysWhatCannotBeReachedAndWhatCan) {

@@ -248,6 +248,13 @@ void LoopTuning::execute() const {
     if (!picture.empty() && fs::path(picture).extension() != ".png" &&
         fs::path(picture).extension() != ".svg")
         throw CommandError("--picture " + picture + ": the name of this file ends in .png or .svg");
+    if (edits_model)
+        for (const auto& change : model.overrides())
+            if (std::none_of(by.begin(), by.end(), [&](const auto& gain) {
+                    return change.name == gain || change.name.starts_with(gain + ".");
+                }))
+                throw CommandError("--edit would write gains into the file that are right with another '" +
+                                   change.name + "'; change that in the file first, or use -o");
     const fs::path second = picture.empty() ? fs::path() : beside(picture, "_bode");
     const LoadedModel loaded = load_model(model);
     refuse_overwriting({{"-o", output}, {"--picture", picture}, {"--picture", second}}, files_of(loaded));
@@ -267,7 +274,11 @@ void LoopTuning::execute() const {
                                           .gain_margin = gain_margin});
         // The linear response lasts eight times its slowest time constant.
         constexpr double most_steps = 1e6;
-        const double duration = std::min(tuned.after.step.time.back(), most_steps * run.period());
+        const auto lasts = [&](const auto& state) {
+            return std::min(state.step.time.empty() ? 0 : state.step.time.back(), most_steps * run.period());
+        };
+        const double duration =
+            std::max(lasts(tuned.after), tuned.before.margins.is_stable ? lasts(tuned.before) : 0);
         after = analysis::simulated_step(run, loop, duration, step.value_or(0));
         go_to_operating_point(old);
         try {

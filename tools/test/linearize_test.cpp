@@ -141,6 +141,8 @@ TEST_F(Linearize, TunesALoopAndWritesItsGains) {
     EXPECT_CONTAINS(bf(tune + "-o g.yaml --picture g.png").out, "g.yaml\ng.png\ng_bode.png\n");
     EXPECT_EQ(read("g.yaml"), "gain: {K: 5.70088}\n");
     EXPECT_CONTAINS(bf("bode loop.yaml --loop gain --params g.yaml").out, "at 3 rad/s");
+    EXPECT_CONTAINS(bf(tune + "--edit --set stop=3").err,
+                    "right with another 'stop'; change that in the file");
     EXPECT_CONTAINS(bf(tune + "--edit").out, "loop.yaml\n");
     std::string expected = loop_model;
     expected.replace(expected.find("K: 5"), 4, "K: 5.70088");

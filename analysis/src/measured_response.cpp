@@ -174,7 +174,7 @@ class Measurement final : Run::Observer {
         run_.restore(start_);
         injection_.emplace(run_, from_, signal_);
         const std::shared_ptr<void> end(nullptr, [this](void*) { injection_.reset(); });
-        double x_before = 0, y_before = 0;
+        double x_before = 0, y_before = 0, power_before = 0;
         for (std::int64_t i = 0; i < most; ++i) {
             for (Samples* samples : {&x_, &y_}) {
                 samples->values.clear();
@@ -189,7 +189,17 @@ class Measurement final : Run::Observer {
             if (i > 0) {
                 if (is_loop_) x_.level(x_mean - x_before); // else it is what is added, without any
                 y_.level(y_mean - y_before);
-                if (see()) return;
+                const double power = y_.power();
+                if (see()) {
+                    // What grows without end is alike all around the loop: -1 comes back of it.
+                    if (power > 2 * power_before && power_before > 0)
+                        throw RunError("what comes " + std::string(is_loop_ ? "back" : "out") +
+                                       " grows without end: " +
+                                       (is_loop_ ? "the closed loop is unstable" : "the model is unstable") +
+                                       ", so that nothing can be measured; stabilise it first");
+                    return;
+                }
+                power_before = power;
             }
             x_before = x_mean;
             y_before = y_mean;

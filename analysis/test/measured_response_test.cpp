@@ -241,6 +241,13 @@ TEST(MeasuredResponse, LeavesTheRunWhereItWas) {
     EXPECT_EQ(touched.trace("plant", 50), left.trace("plant", 50));
 }
 
+TEST(MeasuredResponse, OfALoopThatIsUnstableWhenClosedIsRefused) {
+    std::string text = measured_loop;
+    text.replace(text.find("[1 0.6 1]"), 9, "[1 0.6 -9]"); // 1 + L has a zero at 1.44 rad/s
+    const auto refusal = refused_measurement(text, {.loop = "gain", .omega = {1.0, 3.0}});
+    EXPECT_EQ(refusal.find("what comes back grows without end: the closed loop is unstable"), 0u) << refusal;
+}
+
 TEST(MeasuredResponse, SaysWhereItHadNotSettled) {
     // It rings for some 1000 s.
     const std::string slow = "model: slow\nstep: 0.1\nsolver: rk4\ninputs: [u]\nblocks:\n"

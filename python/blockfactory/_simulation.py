@@ -141,10 +141,10 @@ class Simulation(_native.Simulation):
 
     def gradient(self, by: str | Sequence[str], *, cost: str, duration: float, at_end: bool = False) -> Gradient:
         """How the cost of a run from the start changes, exactly: that of its very steps. `cost`: a signal of one element, whose
-        integral over `duration` seconds is meant, or its value `at_end`. `by`: parameters 'block.parameter', states at the
-        start 'block.state', and inputs of the root, which stay what they are; a vector stands for all of its elements.
-        Parameters and inputs are those of this run, which stays where it is. Throws RunError, which names what cannot be
-        differentiated over a run."""
+        sum over the steps of `duration` seconds is meant, each times its length, or its value `at_end`. `by`: parameters
+        'block.parameter', states at the start 'block.state', and inputs of the root, which stay what they are; a vector
+        stands for all of its elements. Parameters and inputs are those of this run, which stays where it is. Throws
+        RunError, which names what cannot be differentiated over a run."""
         return self._gradient(_listed(by) or [], cost, float(duration), at_end)
 
     def frequency_response(

@@ -48,7 +48,9 @@ void add_gradient(CLI::App& app) {
         "gradient", "how what a run costs changes with parameters and initial states, exactly");
     auto arguments = std::make_shared<GradientArguments>();
     arguments->model.add_to(*command);
-    command->add_option("--cost", arguments->options.cost, "a signal of one element, integrated over the run")
+    command
+        ->add_option("--cost", arguments->options.cost,
+                     "a signal of one element, summed over the steps, each times its length")
         ->required()
         ->type_name("SIGNAL");
     command

@@ -112,12 +112,14 @@ class Gains {
         }
         all_.push_back({name, whole, element});
     }
-    /// The element of a parameter that the text stands for, "[2]".
+    /// The element of a parameter that the text stands for, "[2]"; those of variables have numbers only.
     std::optional<std::size_t> elements(const std::string& path, const std::string& text) const {
         for (const auto& parameter : run_.parameters())
             if (parameter.path == path)
                 return parameter.info.elements() == 1 && text == "[1]" ? 0
                                                                        : parameter.info.find_element(text);
+        for (std::size_t i = 0; i < present(path)->values.size(); ++i)
+            if (text == "[" + std::to_string(i + 1) + "]") return i;
         return std::nullopt;
     }
 
@@ -204,8 +206,9 @@ class Tuning {
     }
     LinearSystem loop(const Values& gains) {
         reset(gains);
-        auto system =
-            linearize(run_, {.from = {options_.loop}, .to = {options_.loop}, .open = {options_.loop}});
+        LinearizeOptions cut{.from = {options_.loop}, .to = {options_.loop}, .open = options_.open};
+        cut.open.push_back(options_.loop);
+        auto system = linearize(run_, cut);
         if (system.inputs.size() != 1)
             throw RunError("'" + options_.loop + "' has " + std::to_string(system.inputs.size()) +
                            " elements; name one of them, as '" + options_.loop + "[1]'");

@@ -151,6 +151,33 @@ TEST(TuneLoop, OneGainMeetsOneRequirement) {
                 1e-6);
 }
 
+TEST(TuneLoop, TunesAnInnerLoopWithTheOuterOneOpenByElementsOfAVariable) {
+    // Inside k/(0.1 s + 1), sampled at 2 ms, outside a loop at 50 ms.
+    const std::string cascade = R"m(
+model: cascade
+step: 0.002
+solver: rk4
+variables: {K: "[4 20]"}
+blocks:
+  r: {block: Step, time: 1e6}
+  outer: {block: Sum, signs: +-}
+  slow: {block: Gain, K: 2, period: 0.05}
+  inner: {block: Sum, signs: +-}
+  fast: {block: Gain, K: K(2)}
+  lag: {block: TransferFunction, numerator: 1, denominator: "[0.1 1]"}
+  position: {block: Integrator}
+connections: {r: outer.u1, outer: slow, slow: inner.u1, inner: fast, fast: lag, lag: [inner.u2, position], position: outer.u2}
+)m";
+    const TuneOptions options{.loop = "fast", .by = {"K[2]"}, .crossover = 100, .open = {"slow"}};
+    const auto found = tuned(cascade, options);
+    EXPECT_NEAR(found.gains[0].after, std::abs(Complex(1, 10)), 1e-6);
+    EXPECT_EQ(found.gains[0].before, 20);
+    EXPECT_TRUE(found.after.loop.held.empty());
+    auto third = options;
+    third.by = {"K[3]"};
+    EXPECT_EQ(refused_tuning(cascade, third), "'K' has no element [3]; it has 2");
+}
+
 TEST(TuneLoop, StaysWithinTheLimitsOfAVariable) {
     std::string text = loop_of("numerator: 1, denominator: \"[1 1 0]\"", "P: k, I: 0");
     text.replace(text.find("blocks:"), 7, "variables: {k: {value: 0.1, minimum: 0, maximum: 5}}\nblocks:");

@@ -205,6 +205,7 @@ class LoadedModel:
         phase_margin: float | None = None,
         overshoot: float | None = None,
         gain_margin: float = 0,
+        open: str | Sequence[str] = (),
         at: float = 0,
     ) -> TunedLoop:
         """As `Simulation.tune`, after `at` seconds of a run; this model keeps its gains: `bf.load(m.file, tuned.gains)`."""
@@ -219,6 +220,7 @@ class LoadedModel:
                 phase_margin=phase_margin,
                 overshoot=overshoot,
                 gain_margin=gain_margin,
+                open=open,
             )
 
     def sensitivities(

@@ -177,18 +177,27 @@ class Simulation(_native.Simulation):
         phase_margin: float | None = None,
         overshoot: float | None = None,
         gain_margin: float = 0,
+        open: str | Sequence[str] = (),
     ) -> TunedLoop:
         """Finds the gains `by` (a block with P, I and D, parameters 'block.parameter', variables) with which the `loop`
         through that signal, as of negative feedback, crosses 1 at `crossover`, or has the `bandwidth` [rad/s], with the
         `phase_margin` [degrees], 60 where nothing is said, an `overshoot` of its step of at most so many %, and at least
-        the `gain_margin` [dB]. The run then has these gains, and is where it was. Throws RunError, which says what cannot
+        the `gain_margin` [dB]; `open` names further signals that are cut. The run then has these gains, and is where it was. Throws RunError, which says what cannot
         be reached, and what can."""
         from . import _native
         from ._tune import TunedLoop
 
         return TunedLoop(
             _native._tune_loop(
-                self, loop, _listed(by) or [], crossover, bandwidth, phase_margin, overshoot, gain_margin
+                self,
+                loop,
+                _listed(by) or [],
+                crossover,
+                bandwidth,
+                phase_margin,
+                overshoot,
+                gain_margin,
+                _listed(open) or [],
             ),
             loop,
         )

@@ -124,14 +124,14 @@ void bind_measure(nb::module_& m) {
         "_tune_loop",
         [](PythonRun& run, const std::string& loop, const std::vector<std::string>& by, double crossover,
            double bandwidth, std::optional<double> phase_margin, std::optional<double> overshoot,
-           double gain_margin) {
+           double gain_margin, const std::vector<std::string>& open) {
             return explored(run, [&](std::function<bool()>) {
                 return analysis::tune_loop(
-                    run.run, {loop, by, crossover, bandwidth, phase_margin, overshoot, gain_margin});
+                    run.run, {loop, by, crossover, bandwidth, phase_margin, overshoot, gain_margin, open});
             });
         },
         nb::arg("run"), nb::arg("loop"), nb::arg("by"), nb::arg("crossover"), nb::arg("bandwidth"),
-        nb::arg("phase_margin").none(), nb::arg("overshoot").none(), nb::arg("gain_margin"));
+        nb::arg("phase_margin").none(), nb::arg("overshoot").none(), nb::arg("gain_margin"), nb::arg("open"));
     m.def(
         "_simulated_step",
         [](PythonRun& run, const std::string& loop, double duration, double height) {

@@ -207,6 +207,16 @@ void LinearOptions::add_operating_point_to(CLI::App& app) {
     app.add_option("--from-snapshot", snapshot, "begin with a snapshot that bf run wrote")->type_name("FILE");
 }
 
+void tell_how_exact(const analysis::LinearSystem& system) {
+    const auto tell = [](const std::string& what, const std::vector<std::string>& names) {
+        if (!names.empty())
+            std::fprintf(stderr, "%s %s\n", what.c_str(), escape::terminal(list(names)).c_str());
+    };
+    tell("by central differences:", system.differenced);
+    tell("held:", system.held);
+    tell("a jump or corner is right here, the derivative is that of one side:", system.kinks);
+}
+
 analysis::LinearSystem LinearOptions::system() const {
     const LoadedModel loaded = load_model(model);
     const Waiting waiting("linearising " + model.file);
@@ -218,13 +228,7 @@ analysis::LinearSystem LinearOptions::system() const {
         options.open.push_back(loop);
     }
     auto found = analysis::linearize(run, options);
-    const auto tell = [](const std::string& what, const std::vector<std::string>& names) {
-        if (!names.empty())
-            std::fprintf(stderr, "%s %s\n", what.c_str(), escape::terminal(list(names)).c_str());
-    };
-    tell("by central differences:", found.differenced);
-    tell("held:", found.held);
-    tell("a jump or corner is right here, the derivative is that of one side:", found.kinks);
+    tell_how_exact(found);
     return loop.empty() ? found : analysis::negative(std::move(found));
 }
 

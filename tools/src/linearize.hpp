@@ -25,12 +25,15 @@ struct LinearOptions {
     void add_operating_point_to(CLI::App& app); ///< --at and --from-snapshot alone
     /// Starts the run and takes it to `snapshot` and `at`.
     void go_to_operating_point(Simulation& run) const;
-    /// Where a loop is named, its gain L as of negative feedback, 1 + L = 0. Tells on standard error what was
-    /// held and where it is one-sided. Throws RunError, CommandError, model::Errors.
+    /// Where a loop is named, its gain L as of negative feedback, 1 + L = 0. Tells how exact it is. Throws
+    /// RunError, CommandError, model::Errors.
     analysis::LinearSystem system() const;
     /// The same, with one input and one output.
     analysis::LinearSystem single() const;
 };
+
+/// On standard error: what was differenced and held, and where it is one-sided.
+void tell_how_exact(const analysis::LinearSystem& system);
 
 /// Is it one by its name: YAML, JSON or a MAT-file?
 bool is_data(const std::string& file);

@@ -216,6 +216,12 @@ void LoopTuning::add_to(CLI::App& app, const char* what_model) {
     of_loop(app.add_option("--gain-margin", gain_margin, "at least, dB"))
         ->check(between(0, 200))
         ->type_name("DB");
+    of_loop(
+        app.add_option("--open", open,
+                       "a further signal that is cut, such as one of a slower loop around this one; may be "
+                       "repeated"))
+        ->type_name("SIGNAL")
+        ->allow_extra_args(false);
     app.add_option(
            "--overshoot", overshoot,
            "of the closed loop's step, at most; of joints the damping ratio is that of this overshoot, %")
@@ -271,7 +277,8 @@ void LoopTuning::execute() const {
                                           .bandwidth = bandwidth,
                                           .phase_margin = phase_margin,
                                           .overshoot = overshoot,
-                                          .gain_margin = gain_margin});
+                                          .gain_margin = gain_margin,
+                                          .open = open});
         // The linear response lasts eight times its slowest time constant.
         constexpr double most_steps = 1e6;
         const auto lasts = [&](const auto& state) {
@@ -287,6 +294,7 @@ void LoopTuning::execute() const {
         }
     }
     const auto after_measures = measures(after, tuned.after.step.final);
+    tell_how_exact(tuned.after.loop);
     print(tuned, measures(before, tuned.before.step.final), after_measures);
     if (overshoot && after_measures.overshoot > *overshoot + 0.5)
         std::printf(

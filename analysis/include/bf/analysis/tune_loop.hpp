@@ -21,6 +21,8 @@ struct TuneOptions {
     std::optional<double> phase_margin = {}; ///< degrees; more where the overshoot asks for it
     std::optional<double> overshoot = {};    ///< of the step of L/(1 + L), at most [%]
     double gain_margin = 0;                  ///< dB, at least
+    /// Further signals that are cut, as LinearizeOptions has them: those of slower loops around this one.
+    std::vector<std::string> open = {};
 };
 
 struct TunedLoop {

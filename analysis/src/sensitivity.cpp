@@ -194,18 +194,24 @@ class Sensitivity {
             throw RunError(error.what());
         }
     }
-    /// The changes by -h and h, each 0 where a limit of the number forbids it.
-    std::pair<double, double> allowed(const Number& number, std::size_t e, double h) const {
-        std::pair<double, double> both{-h, h};
+    struct Side {
+        double change = 0;
+        std::vector<ParameterValue> parameters;
+    };
+    /// What follows from changes by -h and h, and from none on the side that a limit of the number forbids.
+    std::pair<Side, Side> sides(const Number& number, std::size_t e, double h) const {
         std::string why;
-        for (double* change : {&both.first, &both.second}) try {
-                followers(number, e, *change);
+        const auto side = [&](double change) {
+            try {
+                return Side{change, followers(number, e, change)};
             } catch (const RunError& error) {
-                *change = 0;
                 why = error.what();
+                return Side{0, followers(number, e, 0)};
             }
-        if (both.first == both.second) throw RunError(why);
-        return both;
+        };
+        auto below = side(-h), above = side(h);
+        if (below.change == above.change) throw RunError(why);
+        return {std::move(below), std::move(above)};
     }
     /// Of each number, how all parameters follow from it.
     void find_followers() {
@@ -220,14 +226,15 @@ class Sensitivity {
                     own[static_cast<Eigen::Index>(e)] = 1;
                     continue;
                 }
-                const auto [below, above] = allowed(number, e, h);
-                const auto up = followers(number, e, above), down = followers(number, e, below);
+                const auto [below, above] = sides(number, e, h);
+                const auto &up = above.parameters, &down = below.parameters;
                 for (std::size_t k = 0; k < up.size(); ++k) {
                     auto& slope = slopes[up[k].path];
                     slope = Vector::Zero(static_cast<Eigen::Index>(up[k].values.size()));
                     for (std::size_t i = 0; i < up[k].values.size(); ++i) {
                         const double change = up[k].values[i] - down[k].values[i];
-                        slope[static_cast<Eigen::Index>(i)] = change == 0 ? 0 : change / (above - below);
+                        slope[static_cast<Eigen::Index>(i)] =
+                            change == 0 ? 0 : change / (above.change - below.change);
                     }
                 }
             }
@@ -317,10 +324,10 @@ class Sensitivity {
         for (const auto& number : numbers_)
             for (std::size_t e = 0; e < number.given.values.size(); ++e, ++i) {
                 const double h = step_of(number.given.values[e], options_.step);
-                const auto [below, above] = allowed(number, e, h);
-                const auto up = run(followers(number, e, above)), down = run(followers(number, e, below));
+                const auto [below, above] = sides(number, e, h);
+                const auto up = run(above.parameters), down = run(below.parameters);
                 for (std::size_t c = 0; c < checks_.size(); ++c)
-                    all(static_cast<Eigen::Index>(c), i) = (up[c] - down[c]) / (above - below);
+                    all(static_cast<Eigen::Index>(c), i) = (up[c] - down[c]) / (above.change - below.change);
             }
         return all;
     }

@@ -204,7 +204,10 @@ class Tuning {
         run_.restore(start_);
         gains_.set(gains); // what is constant follows from them
     }
-    LinearSystem loop(const Values& gains) {
+    /// With these gains; what is asked of one set of gains is asked one after another.
+    const LinearSystem& loop(const Values& gains) {
+        if (gains == looped_) return loop_;
+        looped_.clear();
         reset(gains);
         LinearizeOptions cut{.from = {options_.loop}, .to = {options_.loop}, .open = options_.open};
         cut.open.push_back(options_.loop);
@@ -212,7 +215,9 @@ class Tuning {
         if (system.inputs.size() != 1)
             throw RunError("'" + options_.loop + "' has " + std::to_string(system.inputs.size()) +
                            " elements; name one of them, as '" + options_.loop + "[1]'");
-        return negative(std::move(system));
+        loop_ = negative(std::move(system));
+        looped_ = gains;
+        return loop_;
     }
     TunedLoop::State state(const Values& gains) {
         TunedLoop::State state{.loop = loop(gains), .margins = {}, .step = {}};
@@ -325,7 +330,7 @@ class Tuning {
     }
     bool is_good(const Values& gains) {
         if (!have_signs(gains)) return false;
-        const auto system = loop(gains);
+        const auto& system = loop(gains);
         return are_stable(poles(closed(system)), system.period);
     }
 
@@ -537,6 +542,8 @@ class Tuning {
     Gains gains_;
     Values signs_;
     std::optional<Family> family_; ///< at the first gains
+    Values looped_;                ///< gains of
+    LinearSystem loop_;            ///< the loop that was asked for last
     double most_ = 0;              ///< rad/s
     double last_omega_ = 0;
 };

@@ -20,7 +20,7 @@ namespace {
 const std::string world = BF_SOURCE_DIRECTORY "/examples/two_robots/world.xml";
 constexpr int width = 320, height = 240;
 /// Mesa then draws in the thread whose time is measured, not in others that share its processor.
-const int has_own_thread = setenv("LP_NUM_THREADS", "0", 0);
+const int failed_to_set = setenv("LP_NUM_THREADS", "0", 0);
 
 /// From (2, 0, 0.8) towards -x.
 void camera_block(benchmark::State& state) {

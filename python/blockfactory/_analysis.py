@@ -146,13 +146,16 @@ class LinearSystem:
         figure, axes = _figure(2)
         pair = self._pair(output, input)
         omega = self._native._frequencies(*pair, 600, True)
+        self._draw(axes, pair, omega)
+        axes[0].set_title(self._title(*pair), fontsize=10, loc="left")
+        return figure
+
+    def _draw(self, axes: Any, pair: tuple[int, int], omega: Any, style: str = "-", label: str | None = None) -> None:
         _, magnitude, phase = self._native._response(*pair, omega)
         for axis, values, unit in zip(axes, (magnitude, phase), ("magnitude [dB]", "phase [degrees]")):
-            axis.semilogx(omega, values, linewidth=1.2)
+            axis.semilogx(omega, values, style, linewidth=1.2, label=label)
             axis.set_ylabel(unit)
-        axes[0].set_title(self._title(*pair), fontsize=10, loc="left")
         axes[-1].set_xlabel("frequency [rad/s]")
-        return figure
 
     def nyquist(self, output: str | int = 0, input: str | int = 0) -> matplotlib.figure.Figure:
         """The response as a curve in the complex plane, with -1 and the unit circle."""

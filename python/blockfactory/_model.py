@@ -16,10 +16,10 @@ from .errors import FileError, UnknownName, WrongValue
 if TYPE_CHECKING:
     from ._analysis import LinearSystem
     from ._measure import FrequencyResponse
-    from ._sensitivity import Sensitivities
-    from ._tune import TunedLoop
     from ._native import BlockInfo, Diagnostic, Signal
+    from ._sensitivity import Sensitivities
     from ._simulation import Simulation
+    from ._tune import TunedLoop
 
 T = TypeVar("T")
 
@@ -174,6 +174,15 @@ class LoadedModel:
         found = _native._linearize(self._native, options(from_, to, open, loop, all_states), at)
         return LinearSystem(found._negative() if loop else found)
 
+    def _at(self, at: float) -> Simulation:
+        """A run that is at this time."""
+        if not 0 <= at < float("inf"):
+            raise WrongValue(f"an operating point is at 0 s or later, not at {at} s")
+        sim = self.simulate()
+        if at:
+            sim.run(to=at)
+        return sim
+
     def frequency_response(
         self,
         from_: str = "",
@@ -188,12 +197,17 @@ class LoadedModel:
         at: float = 0,
     ) -> FrequencyResponse:
         """As `Simulation.frequency_response`, after `at` seconds of a run."""
-        from ._measure import measured
-
-        with self.simulate() as sim:
-            if at:
-                sim.run(to=at)
-            return measured(sim, from_, to, omega, loop, amplitude, chirp, tolerance, most_periods)
+        with self._at(at) as sim:
+            return sim.frequency_response(
+                from_,
+                to,
+                omega=omega,
+                loop=loop,
+                amplitude=amplitude,
+                chirp=chirp,
+                tolerance=tolerance,
+                most_periods=most_periods,
+            )
 
     def tune(
         self,
@@ -208,10 +222,9 @@ class LoadedModel:
         open: str | Sequence[str] = (),
         at: float = 0,
     ) -> TunedLoop:
-        """As `Simulation.tune`, after `at` seconds of a run; this model keeps its gains: `bf.load(m.file, tuned.gains)`."""
-        with self.simulate() as sim:
-            if at:
-                sim.run(to=at)
+        """As `Simulation.tune`, after `at` seconds of a run; this model keeps its gains: `bf.load` takes
+        `tuned.gains` among the values that this one was loaded with."""
+        with self._at(at) as sim:
             return sim.tune(
                 loop,
                 by,
@@ -236,9 +249,11 @@ class LoadedModel:
         model's stop. Exact where the run can be differentiated, else by central differences of that relative step, and
         the check says why. Throws RunError."""
         from ._sensitivity import Sensitivities
+        from ._simulation import _listed
 
-        lists = [[one] if isinstance(one, str) else list(one) for one in (by, checks)]
-        return Sensitivities(_native._sensitivities(self._native, lists[0], lists[1], duration, difference))
+        return Sensitivities(
+            _native._sensitivities(self._native, _listed(by) or [], _listed(checks) or [], duration, difference)
+        )
 
     def state_space(self, path: str) -> Any:
         """A block StateSpace or DiscreteStateSpace as control.StateSpace of python-control."""

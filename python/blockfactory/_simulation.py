@@ -182,8 +182,8 @@ class Simulation(_native.Simulation):
         """Finds the gains `by` (a block with P, I and D, parameters 'block.parameter', variables) with which the `loop`
         through that signal, as of negative feedback, crosses 1 at `crossover`, or has the `bandwidth` [rad/s], with the
         `phase_margin` [degrees], 60 where nothing is said, an `overshoot` of its step of at most so many %, and at least
-        the `gain_margin` [dB]; `open` names further signals that are cut. The run then has these gains, and is where it was. Throws RunError, which says what cannot
-        be reached, and what can."""
+        the `gain_margin` [dB]; `open` names further signals that are cut. The run then has these gains, and is where it
+        was. Throws RunError, which says what cannot be reached, and what can."""
         from . import _native
         from ._tune import TunedLoop
 

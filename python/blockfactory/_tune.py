@@ -17,7 +17,7 @@ class TunedLoop:
     """Gains, and what the loop is before and after: `bf.load(file, tuned.gains)` loads a model with them."""
 
     def __init__(self, native: _native._TunedLoop, name: str) -> None:
-        self.name = name
+        self.name: str = name
         self.gains: dict[str, float] = {gain: after for gain, _, after in native.gains}
         self.gains_before: dict[str, float] = {gain: before for gain, before, _ in native.gains}
         self.loop: LinearSystem = LinearSystem(native.loop)
@@ -32,14 +32,10 @@ class TunedLoop:
         figure, axes = _figure(2)
         omega = self.loop._native._frequencies(0, 0, 600, True)
         for system, style, label in ((self.loop_before, "--", "before"), (self.loop, "-", "after")):
-            _, magnitude, phase = system._native._response(0, 0, omega)
-            for axis, values, unit in zip(axes, (magnitude, phase), ("magnitude [dB]", "phase [degrees]")):
-                axis.semilogx(omega, values, style, linewidth=1.2, label=label)
-                axis.set_ylabel(unit)
+            system._draw(axes, (0, 0), omega, style, label)
         axes[0].plot([self.margins.gain_crossover], [0], "o", markersize=4)
         axes[0].set_title(f"loop through {self.name}", fontsize=10, loc="left")
         axes[0].legend(fontsize=8)
-        axes[-1].set_xlabel("frequency [rad/s]")
         return figure
 
     def __repr__(self) -> str:

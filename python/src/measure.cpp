@@ -126,8 +126,14 @@ void bind_measure(nb::module_& m) {
            double bandwidth, std::optional<double> phase_margin, std::optional<double> overshoot,
            double gain_margin, const std::vector<std::string>& open) {
             return explored(run, [&](std::function<bool()>) {
-                return analysis::tune_loop(
-                    run.run, {loop, by, crossover, bandwidth, phase_margin, overshoot, gain_margin, open});
+                return analysis::tune_loop(run.run, {.loop = loop,
+                                                     .by = by,
+                                                     .crossover = crossover,
+                                                     .bandwidth = bandwidth,
+                                                     .phase_margin = phase_margin,
+                                                     .overshoot = overshoot,
+                                                     .gain_margin = gain_margin,
+                                                     .open = open});
             });
         },
         nb::arg("run"), nb::arg("loop"), nb::arg("by"), nb::arg("crossover"), nb::arg("bandwidth"),

@@ -2,6 +2,8 @@
 
 #include "bf/analysis/tune_loop.hpp"
 #include "bf/base/escape.hpp"
+#include "bf/base/numbers.hpp"
+#include "bf/elaborate/tuning.hpp"
 #include "bf/formats/yaml.hpp"
 #include "bf/model/edit.hpp"
 #include "bf/model/operation.hpp"
@@ -113,24 +115,44 @@ struct Setting {
 std::vector<Setting> settings_of(const Simulation& run, const TunedLoop& tuned) {
     std::vector<Setting> all;
     const auto parameters = run.parameters();
+    const auto values = run.variables();
+    const auto variables = Tuning(run.diagram()).variables();
+    const auto of_path = [](const auto& list, const std::string& path) {
+        return std::find_if(list.begin(), list.end(), [&](const auto& one) { return one.path == path; });
+    };
+    // What was not tuned keeps all of its digits.
+    const auto element_text = [&](double value) {
+        const bool is_tuned = std::any_of(tuned.gains.begin(), tuned.gains.end(),
+                                          [&](const auto& gain) { return gain.after == value; });
+        return is_tuned ? number(value) : number_text(value);
+    };
+    const auto matrix_text = [&](int rows, int cols, const auto& element) {
+        if (rows * cols == 1) return element_text(element(0));
+        std::string text = "[";
+        for (int i = 0; i < rows; ++i)
+            for (int j = 0; j < cols; ++j)
+                text += (j > 0 ? " " : i > 0 ? "; " : "") + element_text(element(j * rows + i));
+        return text + "]";
+    };
     for (const auto& gain : tuned.gains) {
         const std::string whole = gain.name.substr(0, gain.name.find('['));
+        if (whole == gain.name) {
+            all.push_back({gain.name, number(gain.after)});
+            continue;
+        }
         if (std::any_of(all.begin(), all.end(), [&](const Setting& one) { return one.name == whole; }))
             continue;
-        std::string value = number(gain.after);
-        const auto parameter = std::find_if(parameters.begin(), parameters.end(),
-                                            [&](const Quantity& one) { return one.path == whole; });
-        if (whole != gain.name && parameter != parameters.end()) {
-            value = "[";
-            for (std::uint32_t i = 0; i < parameter->info.rows; ++i)
-                for (std::uint32_t j = 0; j < parameter->info.cols; ++j)
-                    value += (j > 0   ? " "
-                              : i > 0 ? "; "
-                                      : "") +
-                             number((*parameter)[static_cast<int>(j * parameter->info.rows + i)]);
-            value += "]";
+        if (const auto parameter = of_path(parameters, whole); parameter != parameters.end()) {
+            const auto& its = *parameter;
+            all.push_back(
+                {whole, matrix_text(static_cast<int>(its.info.rows), static_cast<int>(its.info.cols),
+                                    [&](int e) { return its[e]; })});
+        } else {
+            const auto& shape = *of_path(variables, whole);
+            const auto& its = of_path(values, whole)->values;
+            all.push_back({whole, matrix_text(shape.rows, shape.cols,
+                                              [&](int e) { return its[static_cast<std::size_t>(e)]; })});
         }
-        all.push_back({whole, std::move(value)});
     }
     return all;
 }

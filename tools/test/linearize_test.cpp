@@ -172,6 +172,20 @@ TEST_F(Linearize, EditsVariablesWhereTheyStand) {
     EXPECT_NEAR(std::strtod(margins.out.c_str() + at + 12, nullptr), 70, 1e-3) << margins.out;
 }
 
+TEST_F(Linearize, LeavesElementsAsTheyAreBesideATunedOne) {
+    const std::string text =
+        "model: w\nstep: 0.01\nsolver: rk4\nvariables:\n  K: \"[0.123456789 5; 7 8]\"\nblocks:\n"
+        "  g: {block: Gain, K: \"-K(1,2)\"}\n"
+        "  plant: {block: TransferFunction, numerator: 1, denominator: \"[1 1]\"}\n"
+        "connections: {g: plant, plant: g}\n";
+    write("w.yaml", text);
+    // K/(s + 1) is 1 at 2 rad/s for K = sqrt(5); of a matrix elements are counted column by column.
+    const auto done = bf("tune w.yaml --loop g --by 'K[3]' --crossover 2 -o w_gains.yaml --edit");
+    EXPECT_EQ(done.code, 0) << done.err;
+    EXPECT_EQ(read("w_gains.yaml"), "K: \"[0.123456789 2.23607; 7 8]\"\n");
+    EXPECT_CONTAINS(read("w.yaml"), "[0.123456789 2.23607; 7 8]");
+}
+
 TEST_F(Linearize, TellsHowNearChecksAreToTheirLimits) {
     write("checked.yaml",
           loop_model.substr(0, loop_model.find("connections:")) +

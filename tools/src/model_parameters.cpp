@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <mutex>
 #include <thread>
 #include <utility>
 
@@ -56,9 +57,20 @@ class Served final : public ModelParameters, public middleware::ParameterSource 
         served_.reset(serve(*this, name_space));
     }
 
+    ~Served() override {
+        served_.reset();
+        is_taken(); // what came after its answer is recorded, too
+    }
+
     void apply() noexcept override { mailbox_.apply(simulation_, simulation_.steps()); }
+    void alone(const std::function<void()>& what) override {
+        const std::lock_guard lock(simulation_in_use_);
+        is_taken();
+        what();
+    }
 
     std::vector<ServedParameter> parameters() override {
+        const std::lock_guard lock(simulation_in_use_);
         if (is_taken()) {
             auto to = all_.begin();
             for (auto& variable : simulation_.variables()) (to++)->values = std::move(variable.values);
@@ -75,6 +87,7 @@ class Served final : public ModelParameters, public middleware::ParameterSource 
         return all;
     }
     void set(const Values& values) override {
+        std::unique_lock lock(simulation_in_use_);
         if (!is_taken())
             throw std::runtime_error(
                 "the last change waits for the next step of the model, whose time stands "
@@ -88,8 +101,11 @@ class Served final : public ModelParameters, public middleware::ParameterSource 
         parameters_ = std::move(parameters);
         using Clock = std::chrono::steady_clock;
         for (const auto end = Clock::now() + std::chrono::milliseconds(500);
-             !is_taken() && Clock::now() < end;)
+             !is_taken() && Clock::now() < end;) {
+            lock.unlock();
             std::this_thread::sleep_for(std::chrono::milliseconds(1));
+            lock.lock();
+        }
         if (!refusal_.empty()) throw std::runtime_error(refusal_);
     }
 
@@ -120,6 +136,7 @@ class Served final : public ModelParameters, public middleware::ParameterSource 
     }
 
     Simulation& simulation_;
+    std::mutex simulation_in_use_; ///< but for its steps, which wait for nobody
     Recorder* const recorder_;
     const std::vector<Quantity> tuned_ = simulation_.parameters();
     std::vector<ServedParameter> all_; ///< variables, then parameters of blocks

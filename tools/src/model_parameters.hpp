@@ -1,6 +1,7 @@
 // Parameters of a running model for programs of a middleware.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -18,6 +19,9 @@ class ModelParameters {
     virtual ~ModelParameters() = default;
     /// Before a step, in the thread of the steps. Allocates nothing.
     virtual void apply() noexcept = 0;
+    /// Does what saves the simulation or takes it elsewhere, between two steps in their thread, while nobody
+    /// asks for its parameters: variables are followed in another thread.
+    virtual void alone(const std::function<void()>& what) = 0;
 };
 
 /// As those of the node `name_space`/model of ROS 2, variables and parameters of blocks. What is changed is

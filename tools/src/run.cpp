@@ -321,16 +321,22 @@ void execute(const RunOptions& options) {
             if (!options.is_quiet && wall > 1 && line.is_due()) line.show(progress.text(wall));
             return goes_on();
         };
+        const auto save = [&](bool is_last) {
+            if (every && !is_last && simulation.steps() > 0 && simulation.steps() % every == 0)
+                recorder->checkpoint(simulation);
+            snapshot.look(simulation, recorder ? &*recorder : nullptr, is_last);
+        };
+        const auto save_alone = [&](bool is_last) {
+            parameters ? parameters->alone([&] { save(is_last); }) : save(is_last);
+        };
         if (every || event || inputs || parameters || !options.snapshot.empty())
             hooks.between_steps = [&] {
                 before_step();
                 if (event && event->time >= 0) return false;
-                if (every && simulation.steps() > 0 && simulation.steps() % every == 0)
-                    recorder->checkpoint(simulation);
-                snapshot.look(simulation, recorder ? &*recorder : nullptr, false);
+                save_alone(false);
                 return true;
             };
-        hooks.before_stop = [&] { snapshot.look(simulation, recorder ? &*recorder : nullptr, true); };
+        hooks.before_stop = [&] { save_alone(true); };
         hooks.is_started = !options.from_snapshot.empty();
         result = run(simulation, diagram.stop, hooks);
         if (!options.is_quiet) line.finish(progress.text(result.wall));

@@ -142,13 +142,16 @@ void execute(const ServeOptions& options) {
         simulation.add_observer(robots);
         RunHooks hooks;
         std::vector<std::byte> begin; // where the model goes that is asked to begin again
+        const auto alone = [&](const std::function<void()>& what) {
+            parameters ? parameters->alone(what) : what();
+        };
         hooks.between_steps = [&] {
             if (simulation.steps() == 0 && begin.empty() && options.way->has_reset && !recorder) try {
-                    begin = simulation.snapshot();
+                    alone([&] { begin = simulation.snapshot(); });
                     robots.allow_reset();
                 } catch (const RunError&) { // a block refuses, and the robot says so
                 }
-            if (robots.take_reset()) simulation.restore(begin);
+            if (robots.take_reset()) alone([&] { simulation.restore(begin); });
             if (parameters) parameters->apply();
             return goes_on();
         };

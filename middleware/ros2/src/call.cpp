@@ -32,7 +32,8 @@ class Calling final : public Sender {
         for (const auto& place : places_)
             place.field->write(request.get(), &values_[static_cast<std::size_t>(place.first)],
                                static_cast<std::size_t>(place.size));
-        if (client->call(request.get())) ++calls;
+        ++calls; // also one that does not get through stays without an answer
+        client->call(request.get());
         sent = stamp.number;
     }
     /// In the waiting thread.
@@ -52,7 +53,8 @@ class Calling final : public Sender {
     std::atomic<std::uint64_t> sent{0}, calls{0};
     std::atomic<int> too_long{-1}, too_long_size{0};
     middleware::Stamp taken;
-    double since = 0; ///< when all was answered last, s
+    bool was_pending = false; ///< in the last step
+    double since = 0;         ///< when the wait began, s
 
   private:
     std::shared_ptr<const MessageType> type_;
@@ -77,9 +79,9 @@ class Call final : public Block {
             return;
         }
         std::vector<std::string> problems;
-        inputs_.add(*this, *service_.request, fields_of(*service_.request, fields, problems));
+        inputs_.add(*this, *service_.request, fields_of(*service_.request, fields, "fields", problems));
         texts_ = texts_of(*service_.request, texts, problems);
-        const auto wanted = fields_of(*service_.response, answer_fields, problems);
+        const auto wanted = fields_of(*service_.response, answer_fields, "answer_fields", problems);
         outputs_.add(*this, *service_.response, wanted, !answer_fields->empty(), sizes, problems);
         for (auto& text : problems) problem(std::move(text));
     }
@@ -155,13 +157,15 @@ class Call final : public Block {
         }
         if (const int place = end.too_long; place >= 0) return outputs_.too_long(place, end.too_long_size);
         std::fill(all.begin(), all.end(), 0.0);
-        const std::uint64_t sent = end.sent, calls = end.calls;
+        const std::uint64_t before = end.taken.number, sent = end.sent, calls = end.calls;
         end.answers.read(all.data(), end.taken);
         outputs_.copy(all.data(), out);
         const bool is_pending = sent != end.asked.newest() || end.taken.number < calls;
         out[pending] = is_pending ? 1 : 0;
         out[answered] = static_cast<double>(end.taken.number);
-        if (!is_pending || end.since == 0) end.since = now;
+        // The wait begins with a call, and anew with each answer.
+        if (!is_pending || !end.was_pending || end.taken.number != before) end.since = now;
+        end.was_pending = is_pending;
         if (*timeout > 0 && now - end.since > *timeout)
             return Status::failure("the service has not answered within argument 'timeout'; look whether it "
                                    "is there, or raise it");

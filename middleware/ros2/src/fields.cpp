@@ -21,13 +21,13 @@ std::vector<std::string> paths(const MessageType& type, bool are_numbers) {
 }
 
 std::vector<const Field*> fields_of(const MessageType& type, const std::vector<std::string>& names,
-                                    std::vector<std::string>& problems) {
+                                    const char* argument, std::vector<std::string>& problems) {
     std::vector<const Field*> all;
     for (const auto& path : names) {
         const Field* field = type.field(path);
         if (field == nullptr || !is_number(*field))
-            problems.push_back("argument 'fields': " + type.name() + " has no numbers '" + path +
-                               "'; it has " + name_list(paths(type, true)));
+            problems.push_back("argument '" + std::string(argument) + "': " + type.name() +
+                               " has no numbers '" + path + "'; it has " + name_list(paths(type, true)));
         else
             all.push_back(field);
     }
@@ -56,7 +56,7 @@ std::vector<std::pair<const Field*, std::vector<std::string>>> texts_of(const Me
         const std::string path = text.substr(0, equals);
         const Field* field = type.field(path);
         if (field == nullptr || is_number(*field))
-            problems.push_back(type.name() + " has no text '" + path + "'; it has " +
+            problems.push_back("argument 'texts': " + type.name() + " has no text '" + path + "'; it has " +
                                name_list(paths(type, false)));
         else
             all.emplace_back(field, parts);

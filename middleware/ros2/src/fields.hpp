@@ -20,9 +20,10 @@ struct Place {
 bool is_number(const Field& field);
 std::vector<std::string> paths(const MessageType& type, bool are_numbers);
 
-/// Those of these paths, or all that are numbers where none is named. `problems` gets what is wrong.
+/// Those of these paths, or all that are numbers where none is named. `problems` gets what is wrong with the
+/// `argument` that names them.
 std::vector<const Field*> fields_of(const MessageType& type, const std::vector<std::string>& names,
-                                    std::vector<std::string>& problems);
+                                    const char* argument, std::vector<std::string>& problems);
 
 /// Texts of a message by their fields, each given as field=text or, where there are several, field=a,b.
 /// `problems` gets what is wrong.

@@ -309,6 +309,10 @@ class Robot final : public toolbox::RobotConnection {
     }
     /// Lets the robot stand still until it is stepped.
     void halt(double end) {
+        {
+            const std::lock_guard lock(mutex_);
+            why_not_[0] = '\0';
+        }
         const auto answered = [this](bool is_done, const std::string& why) {
             const std::lock_guard lock(mutex_);
             if (!is_done) std::snprintf(why_not_, sizeof why_not_, "%s", why.c_str());

@@ -32,7 +32,7 @@ class Topic : public Block {
             return;
         }
         std::vector<std::string> problems;
-        wanted_ = fields_of(*type_, fields, problems);
+        wanted_ = fields_of(*type_, fields, "fields", problems);
         if (fields->empty() && !is_stamp_port)
             std::erase_if(wanted_, [](const Field* field) { return field->path == stamp_path; });
         tell(problems);

@@ -58,10 +58,10 @@ bool has_derivative(const std::string& body) {
 } // namespace
 
 /// Empty where some of what goes on between two steps is no equation.
-std::string Generator::derivatives_source(const Calls& calls, const std::vector<std::string>& places) const {
+std::string Generator::derivatives_source(const std::vector<std::string>& places) const {
     if (!has_model_exchange() || is_split() || real() != Type::float64) return {};
-    const auto all = called(calls.outputs), again = called(calls.again), inside = called(calls.inside),
-               rates = called(calls.derivatives);
+    const auto all = called(calls_.outputs), again = called(calls_.again), inside = called(calls_.inside),
+               rates = called(calls_.derivatives);
     if (!all || !again || !inside || !rates) return {};
     std::vector<std::string> names;
     for (const auto& name : *all)

@@ -239,7 +239,7 @@ FmuCode Generator::fmu(int version, const std::map<std::string, std::string>& fo
              {}},
             "bf::generated::fmu_crossings", 0);
 
-    const std::string derivatives = derivatives_source(calls_, places);
+    const std::string derivatives = derivatives_source(places);
     code.has_derivatives = !derivatives.empty();
     if (code.has_derivatives) code.files[file_ + "_derivatives.cpp"] = derivatives;
 

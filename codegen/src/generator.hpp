@@ -135,7 +135,7 @@ class Generator {
     };
 
     /// The model on numbers with derivatives, of which `places` are those of the variables of the FMU.
-    std::string derivatives_source(const Calls& calls, const std::vector<std::string>& places) const;
+    std::string derivatives_source(const std::vector<std::string>& places) const;
 
     /// Gives quantities their places and prints the functions that both languages have.
     Calls print_functions();

@@ -209,7 +209,7 @@ BF_FMI_FUNCTION(fmi2GetDirectionalDerivative,
                     const char* const function = "fmi2GetDirectionalDerivative";
                     return fmu2::elements(instance, function, knowns, known_count, by) &&
                            fmu2::elements(instance, function, unknowns, unknown_count, of) &&
-                           directional(instance, fmu_tables, by, seed, of, change);
+                           directional(instance, fmu_tables, by, of, seed, change);
                 })
 BF_FMI_NONE(fmi2SetRealInputDerivatives,
             (fmi2Component handle, bf_fmi2_references, size_t, const fmi2Integer*, const fmi2Real*))

@@ -226,30 +226,24 @@ BF_FMI_FUNCTION(fmi3GetNumberOfContinuousStates, (fmi3Instance handle, size_t* c
 })
 
 using bf_fmi3_references = const fmi3ValueReference*;
-BF_FMI_FUNCTION(fmi3GetDirectionalDerivative,
-                (fmi3Instance handle, bf_fmi3_references unknowns, size_t unknown_count,
-                 bf_fmi3_references knowns, size_t known_count, const fmi3Float64* seed, size_t seed_size,
-                 fmi3Float64* change, size_t change_size),
-                call, get_derivatives_of, {
-                    using namespace bf::generated;
-                    FmuElements by, of;
-                    const char* const function = "fmi3GetDirectionalDerivative";
-                    return fmu3::elements(instance, function, knowns, known_count, seed_size, by) &&
-                           fmu3::elements(instance, function, unknowns, unknown_count, change_size, of) &&
-                           directional(instance, fmu_tables, by, seed, of, change);
-                })
-BF_FMI_FUNCTION(fmi3GetAdjointDerivative,
-                (fmi3Instance handle, bf_fmi3_references unknowns, size_t unknown_count,
-                 bf_fmi3_references knowns, size_t known_count, const fmi3Float64* seed, size_t seed_size,
-                 fmi3Float64* change, size_t change_size),
-                call, get_derivatives_of, {
-                    using namespace bf::generated;
-                    FmuElements by, of;
-                    const char* const function = "fmi3GetAdjointDerivative";
-                    return fmu3::elements(instance, function, knowns, known_count, change_size, by) &&
-                           fmu3::elements(instance, function, unknowns, unknown_count, seed_size, of) &&
-                           adjoint(instance, fmu_tables, by, of, seed, change);
-                })
+#define BF_FMI3_DERIVATIVE(name, is_adjoint)                                                                 \
+    BF_FMI_FUNCTION(name,                                                                                    \
+                    (fmi3Instance handle, bf_fmi3_references unknowns, size_t unknown_count,                 \
+                     bf_fmi3_references knowns, size_t known_count, const fmi3Float64* seed,                 \
+                     size_t seed_size, fmi3Float64* change, size_t change_size),                             \
+                    call, get_derivatives_of, {                                                              \
+                        using namespace bf::generated;                                                       \
+                        FmuElements by, of; /* of an adjoint derivative the seed is that of the unknowns */  \
+                        return fmu3::elements(instance, #name, knowns, known_count,                          \
+                                              is_adjoint ? change_size : seed_size, by) &&                   \
+                               fmu3::elements(instance, #name, unknowns, unknown_count,                      \
+                                              is_adjoint ? seed_size : change_size, of) &&                   \
+                               (is_adjoint ? adjoint : directional)(instance, fmu_tables, by, of, seed,      \
+                                                                    change);                                 \
+                    })
+BF_FMI3_DERIVATIVE(fmi3GetDirectionalDerivative, false)
+BF_FMI3_DERIVATIVE(fmi3GetAdjointDerivative, true)
+#undef BF_FMI3_DERIVATIVE
 
 // What this FMU has not.
 BF_FMI_NONE(fmi3GetUInt64, (fmi3Instance handle, bf_fmi3_references, size_t, fmi3UInt64*, size_t))

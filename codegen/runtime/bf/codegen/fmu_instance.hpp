@@ -220,23 +220,17 @@ class FmuInstance {
         return true;
     }
     bool compute_rates() {
-        if (!moment_.is_committed && !compute()) return false;
+        if (!is_reached()) return false;
         return exchange_.compute_rates(model_, instant()) || fail_of_model();
     }
-    /// Sampled blocks hold what they computed.
-    bool differentiate(const FmuDerivatives& its, const std::vector<FmuDerivatives::Element>& knowns,
-                       const double* seeds, const std::vector<FmuDerivatives::Element>& unknowns,
-                       double* changes) {
-        if (exchange_.is_sampled && !moment_.is_committed)
-            return fail("derivatives are those between two steps of the model, and one is under way");
-        if (!moment_.is_committed && !compute()) return false;
-        return its.compute(model_, instant(), knowns.data(), seeds, int(knowns.size()), unknowns.data(),
-                           changes, int(unknowns.size())) ||
-               fail("the model fails here");
-    }
+    /// The signals are those of this instant.
+    bool is_reached() { return moment_.is_committed || compute(); }
+    /// Do sampled blocks compute, too, when the signals are computed?
+    bool is_in_step() const noexcept { return exchange_.is_sampled && !moment_.is_committed; }
+    bf_run_model* model() noexcept { return model_; }
     /// Guards of subsystems that do not run keep away from 0.
     bool compute_crossings(double* values) {
-        if (!moment_.is_committed && !compute()) return false;
+        if (!is_reached()) return false;
         if (!exchange_.compute_crossings(model_, instant(), values)) return fail_of_model();
         for (int i = 0; i < exchange_.guard_count; ++i)
             if (std::isnan(values[i])) values[i] = 1;

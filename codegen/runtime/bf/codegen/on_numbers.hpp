@@ -7,6 +7,7 @@
 #include "bf/codegen/views.hpp"
 #include "bf/core/dual_kernels.hpp"
 
+#include <algorithm>
 #include <cstddef>
 #include <memory>
 #include <type_traits>
@@ -85,11 +86,12 @@ bool compute(bf_run_model* model, double at, const FmuDerivatives::Element* know
         return reinterpret_cast<Number*>(reinterpret_cast<char*>(its.get()) +
                                          OnNumbers::places[e.variable])[e.element];
     };
+    constexpr int lanes = FmuDerivatives::directions;
     for (int k = 0; k < known_count; ++k)
-        for (const int d : {0, 1, 2, 3}) number(knowns[k]).slope[std::size_t(d)] = seeds[4 * k + d];
+        std::copy_n(seeds + lanes * k, lanes, number(knowns[k]).slope.begin());
     if (!its->compute()) return false;
     for (int u = 0; u < unknown_count; ++u)
-        for (const int d : {0, 1, 2, 3}) changes[4 * u + d] = number(unknowns[u]).slope[std::size_t(d)];
+        std::copy_n(number(unknowns[u]).slope.begin(), lanes, changes + lanes * u);
     return true;
 }
 

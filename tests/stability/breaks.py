@@ -12,6 +12,7 @@ from interfaces import HERE, NAMES, ROOT, Interfaces, has_clang, is_raised, run
 
 # file, what stands there, what is written in its place, which interfaces break
 CHANGES = [
+    ("analysis/include/bf/analysis/tune_loop.hpp", "double duration, double height = 0);", "float duration, double height = 0);", {"cpp"}),
     ("core/include/bf/core/registry.hpp", "    std::string group; ", "    int kind; std::string group; ", {"plugin"}),
     ("run/include/bf/run/run_c.h", "const char* name; /* of the model */", "int kind; const char* name;", {"run_c"}),
     ("formats/yaml/model.schema.json", '"required": ["model"]', '"required": ["model", "stop"]', {"model"}),
@@ -61,7 +62,7 @@ def main():
             (source / file).write_text(text.replace(before, after, 1))
         expected = set().union(*(names for *_, names in CHANGES))
         broken, text = said(Interfaces(source, build), HERE / "facts")
-        assert expected <= broken <= expected | {"cpp"}, f"{broken} in place of {expected}:\n{text}"
+        assert broken == expected, f"{broken} in place of {expected}:\n{text}"
 
 
 if __name__ == "__main__":

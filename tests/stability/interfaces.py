@@ -222,7 +222,8 @@ class Interfaces:
                     lines.add(f"default {name}({argument.arg}) = {ast.unparse(default)}")
             for more in filter(None, [arguments.vararg, arguments.kwarg]):
                 lines.add(f"argument {name}(*{more.arg})")
-            lines.add(f"function {name} -> {ast.unparse(node.returns) if node.returns else ''}")
+            kind = " ".join([*map(ast.unparse, node.decorator_list), "function"])
+            lines.add(f"{kind} {name} -> {ast.unparse(node.returns) if node.returns else ''}")
 
         def is_public(name):
             return not name.startswith("_") or name.startswith("__") and name.endswith("__") and name != "__slots__"
@@ -234,6 +235,11 @@ class Interfaces:
                     function(part, f"{name}.{part.name}")
                 elif isinstance(part, ast.AnnAssign) and is_public(part.target.id):
                     lines.add(f"member {name}.{part.target.id}: {ast.unparse(part.annotation)}")
+                if isinstance(part, ast.FunctionDef) and part.name == "__init__":
+                    for set_there in ast.walk(part):
+                        target = getattr(set_there, "target", None)
+                        if isinstance(set_there, ast.AnnAssign) and isinstance(target, ast.Attribute) and is_public(target.attr):
+                            lines.add(f"member {name}.{target.attr}: {ast.unparse(set_there.annotation)}")
 
         for module, tree in modules.items():
             whole = module in ("operations", "errors")

@@ -12,14 +12,6 @@ namespace {
 constexpr double pi = std::numbers::pi, infinity = std::numeric_limits<double>::infinity();
 constexpr double degrees = 180 / pi;
 
-/// Evenly on a logarithmic axis.
-std::vector<double> logarithmic(double low, double high, int count) {
-    std::vector<double> all;
-    for (int i = 0; i < count; ++i)
-        all.push_back(low * std::pow(high / low, static_cast<double>(i) / (count - 1)));
-    return all;
-}
-
 struct Point {
     double omega;
     Complex value;
@@ -211,6 +203,13 @@ Crossovers crossovers(const Reduced& L, const std::vector<Point>& curve) {
 
 Complex frequency_response(const LinearSystem& system, int output, int input, double omega) {
     return Reduced(system, output, input)(omega);
+}
+
+std::vector<double> logarithmic(double low, double high, int count) {
+    std::vector<double> all{low};
+    for (int i = 1; i < count; ++i)
+        all.push_back(low * std::pow(high / low, static_cast<double>(i) / (count - 1)));
+    return all;
 }
 
 std::vector<double> frequencies(const LinearSystem& system, int output, int input, int count, bool of_loop) {

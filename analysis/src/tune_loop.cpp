@@ -209,9 +209,7 @@ class Tuning {
         if (gains == looped_) return loop_;
         looped_.clear();
         reset(gains);
-        LinearizeOptions cut{.from = {options_.loop}, .to = {options_.loop}, .open = options_.open};
-        cut.open.push_back(options_.loop);
-        auto system = linearize(run_, cut);
+        auto system = linearize(run_, LinearizeOptions::of_loop(options_.loop, options_.open));
         if (system.inputs.size() != 1)
             throw RunError("'" + options_.loop + "' has " + std::to_string(system.inputs.size()) +
                            " elements; name one of them, as '" + options_.loop + "[1]'");

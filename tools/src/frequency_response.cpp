@@ -41,10 +41,7 @@ std::vector<double> frequencies_of(const Arguments& arguments) {
     if (!low || !high || !(*low > 0) || !(*high >= *low) || !std::isfinite(*high))
         throw CommandError("--frequencies " + arguments.range +
                            " is neither LOW:HIGH nor one number, in rad/s and above 0");
-    std::vector<double> all{*low};
-    for (int i = 1; i<arguments.points&& * high> * low; ++i)
-        all.push_back(*low * std::pow(*high / *low, static_cast<double>(i) / (arguments.points - 1)));
-    return all;
+    return analysis::logarithmic(*low, *high, *high > *low ? arguments.points : 1);
 }
 
 void print(const MeasuredResponse& found, double tolerance) {
@@ -105,17 +102,12 @@ std::optional<analysis::Response> linearised(Simulation& run, const Arguments& a
                                              const std::vector<double>& measured) {
     const auto& asked = arguments.measure;
     try {
-        analysis::LinearizeOptions options{.from = {asked.from}, .to = {asked.to}};
-        if (!asked.loop.empty()) options = {.from = {asked.loop}, .to = {asked.loop}, .open = {asked.loop}};
-        auto system = analysis::linearize(run, options);
+        auto system = analysis::linearize(
+            run, asked.loop.empty() ? analysis::LinearizeOptions{.from = {asked.from}, .to = {asked.to}}
+                                    : analysis::LinearizeOptions::of_loop(asked.loop));
         if (!asked.loop.empty()) system = analysis::negative(std::move(system));
-        std::vector<double> omega;
-        constexpr int count = 300;
-        for (int i = 0; i < count; ++i) {
-            const double w =
-                measured.front() * std::pow(measured.back() / measured.front(), i / (count - 1.0));
-            if (system.period == 0 || w <= M_PI / system.period) omega.push_back(w);
-        }
+        auto omega = analysis::logarithmic(measured.front(), measured.back(), 300);
+        if (system.period > 0) std::erase_if(omega, [&](double w) { return w > M_PI / system.period; });
         return analysis::response(system, 0, 0, omega);
     } catch (const RunError&) {
         return std::nullopt;
@@ -153,10 +145,6 @@ Figure figure_of(const MeasuredResponse& found, const std::optional<analysis::Re
 
 void execute(Arguments& arguments) {
     auto& options = arguments.measure;
-    const auto is_picture = [](const std::string& file) {
-        const auto extension = std::filesystem::path(file).extension();
-        return extension == ".png" || extension == ".svg";
-    };
     if (options.loop.empty() && (options.from.empty() || options.to.empty()))
         throw CommandError("name the loop by --loop SIGNAL, or both ends by --from SIGNAL and --to SIGNAL");
     std::vector<WrittenFile> written;

@@ -146,6 +146,11 @@ bool is_data(const std::string& file) {
     return extension == ".yaml" || extension == ".json" || extension == ".mat";
 }
 
+bool is_picture(const std::string& file) {
+    const auto extension = std::filesystem::path(file).extension();
+    return extension == ".png" || extension == ".svg";
+}
+
 void refuse_format(const std::string& file, const std::string& endings) {
     throw CommandError("cannot tell the format of " + file + ": give a name that ends in " + endings);
 }
@@ -222,11 +227,9 @@ analysis::LinearSystem LinearOptions::system() const {
     const Waiting waiting("linearising " + model.file);
     Simulation run(loaded.diagram);
     go_to_operating_point(run);
-    analysis::LinearizeOptions options{.from = from, .to = to, .open = open, .all_states = all_states};
-    if (!loop.empty()) {
-        options.from = options.to = {loop};
-        options.open.push_back(loop);
-    }
+    auto options = loop.empty() ? analysis::LinearizeOptions{.from = from, .to = to, .open = open}
+                                : analysis::LinearizeOptions::of_loop(loop, open);
+    options.all_states = all_states;
     auto found = analysis::linearize(run, options);
     tell_how_exact(found);
     return loop.empty() ? found : analysis::negative(std::move(found));

@@ -217,8 +217,7 @@ void execute(const TuneOptions& options) {
     const std::string ending = robot.world.empty() ? ".yaml" : ".xml";
     if (!options.output.empty() && fs::path(options.output).extension() != ending)
         throw CommandError("-o " + options.output + ": the name of this file ends in " + ending);
-    if (!options.picture.empty() && fs::path(options.picture).extension() != ".png" &&
-        fs::path(options.picture).extension() != ".svg")
+    if (!options.picture.empty() && !is_picture(options.picture))
         throw CommandError("--picture " + options.picture + ": the name of this file ends in .png or .svg");
     read.insert(robot.world);
     refuse_overwriting({{"-o", options.output}, {"--picture", options.picture}}, read);

@@ -273,8 +273,7 @@ void LoopTuning::execute() const {
         throw CommandError("name the gains by --by: a block with P, I and D, a parameter or a variable");
     if (!output.empty() && fs::path(output).extension() != ".yaml")
         throw CommandError("-o " + output + ": the name of this file ends in .yaml");
-    if (!picture.empty() && fs::path(picture).extension() != ".png" &&
-        fs::path(picture).extension() != ".svg")
+    if (!picture.empty() && !is_picture(picture))
         throw CommandError("--picture " + picture + ": the name of this file ends in .png or .svg");
     if (edits_model)
         for (const auto& change : model.overrides())

@@ -20,6 +20,9 @@ std::vector<Complex> zeros(const LinearSystem& system, int output, int input);
 /// Do all poles lie in the open left half plane, or of a sampled system in the open unit disc?
 bool is_stable(const LinearSystem& system);
 
+/// Evenly on a logarithmic axis, at least one.
+std::vector<double> logarithmic(double low, double high, int count);
+
 /// G(jω) = C (jω I - A)⁻¹ B + D, or G(exp(jω T)) of a sampled system; ω [rad/s].
 Complex frequency_response(const LinearSystem& system, int output, int input, double omega);
 /// Frequencies that show what poles and zeros do [rad/s], evenly on a logarithmic axis; up to π/T of a

@@ -13,13 +13,13 @@ set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_COMPRESSION_TYPE zstd) # xz makes two thirds of it, in ten times the time
 set(CPACK_THREADS 0) # all processors
 set(CPACK_STRIP_FILES OFF)
+set(CPACK_DEBIAN_PACKAGE_SECTION science)
 
 if(NAME STREQUAL blockfactory)
     set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "design, simulate and run robot controllers as block diagrams")
     set(CPACK_PACKAGE_DESCRIPTION "The program bf with the editor's page, the standard blocks, the Whole-Body Toolbox, the Python package,
 and the headers and CMake package with which blocks are written. It carries Pinocchio, MuJoCo and what
 those need, which Debian has not, in a folder of its own.")
-    set(CPACK_DEBIAN_PACKAGE_SECTION science)
     # Debian's own libraries by what the binaries say of them; the others lie in the package.
     set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
     set(home ${FOLDER}/usr/lib/blockfactory)
@@ -32,6 +32,5 @@ those need, which Debian has not, in a folder of its own.")
 else()
     set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "models of the iCub for blockfactory")
     set(CPACK_PACKAGE_DESCRIPTION "The URDF models and meshes of the wheel icub-models, where bf looks for robots.")
-    set(CPACK_DEBIAN_PACKAGE_SECTION science)
     set(CPACK_DEBIAN_PACKAGE_ARCHITECTURE all)
 endif()

@@ -8,8 +8,10 @@ folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 tar -C "$folder" -xzf "$archive"
 cd "$folder"/*/
-while read -r file; do
+listed=$(git -C "$OLDPWD" ls-files) # fails where there is no repository
+mapfile -t files <<<"$listed"
+for file in "${files[@]}"; do
     cmp "$file" "$OLDPWD/$file" || { echo "the source archive lacks $file, or has another one" >&2; exit 1; }
-done < <(git -C "$OLDPWD" ls-files)
+done
 grep -q '^Name: blockfactory$' PKG-INFO
-echo "source archive: $(($(stat -c %s "$archive") / 1000000)) MB, $(git -C "$OLDPWD" ls-files | wc -l) files, those of the tree"
+echo "source archive: $(($(stat -c %s "$archive") / 1000000)) MB, ${#files[@]} files, those of the tree"

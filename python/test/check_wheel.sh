@@ -42,7 +42,7 @@ time {
         --find-links wheels 'blockfactory[icub,notebooks]' && venv/bin/python balance.py"
 }
 [ -s "$root$folder/balancing.png" ]
-cp "$root$folder/balancing.png" "$(dirname "$wheel")"
+cp "$root$folder/balancing.png" "$(dirname "$wheel")/balancing-pip.png"
 inside "cd $folder && venv/bin/bf run --quiet --record run.mcap \\
     \$(venv/bin/python -c 'import blockfactory as bf; print(bf.example(\"icub_balancing/balancing.yaml\"))') >run.txt"
 [ -s "$root$folder/run.mcap" ]

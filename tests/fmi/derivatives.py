@@ -130,7 +130,7 @@ with tempfile.TemporaryDirectory() as folder:
                 its.put(states, inputs, here)
                 seed = [float(k == i) for k in range(len(here))]
                 rows.append(its.directional(unknowns, knowns, seed))
-                for got, wanted, v in zip(rows[-1], differences, range(99)):
+                for v, (got, wanted) in enumerate(zip(rows[-1], differences, strict=True)):
                     assert abs(got - wanted) <= 1e-7 * (1 + abs(wanted)), (version, i, v, got, wanted)
                     largest = max(largest, abs(got - wanted))
             assert sum(x != 0 for row in rows for x in row) >= 14, rows

@@ -22,7 +22,8 @@ time {
 }
 inside "grep -q 'stood.*yes' run.txt" || { cat debian/work/run.txt; exit 1; }
 [ -s debian/work/balancing.svg ]
-cp debian/work/balancing*.png "$packages"
+for picture in debian/work/balancing*.png; do cp "$picture" "$packages/$(basename "$picture" .png)-apt.png"; done
+inside "python3 -c 'import importlib.metadata as m; assert m.version(\"blockfactory\") and not m.requires(\"blockfactory\")'"
 
 # No library is missing anywhere, nor taken from the folder that somebody starts a program in.
 inside "find /usr/lib/blockfactory -name '*.so*' -type f | xargs ldd | grep 'not found' && exit 1 || true"

@@ -102,7 +102,7 @@ describe.skipIf(!is_there || !command)("the text of a model", () => {
   });
 
   test("keeps a text that is no model, says where it is wrong, and writes nothing", async () => {
-    await type_behind("K: 2", ", L: [");
+    await type_behind("K: 2", "["); // the first key makes it no model: what is one for a while may be written while another is typed
     await says(/Not written: line \d+: /);
     expect(await held()).toBe(text);
     expect(await sheet().locator(".cm-lintRange-error, .cm-lintPoint-error").count()).toBeGreaterThan(0);

@@ -41,28 +41,65 @@ class RowPorts {
     std::vector<Input<Matrix>> keys_;
 };
 
-/// Wires that no solver can put into levels.
-void check(Inference& inference, const std::vector<const Names*>& ports, const Names& tasks,
-           const std::vector<int>& levels) {
-    std::set<std::string> seen;
-    for (const Names* names : ports)
-        for (const std::string& name : *names)
+/// What is wired to a hierarchy, in which levels it stands, and how these are solved.
+struct Levels {
+    /// `rows`: what its ports take.
+    Levels(Block* owner, const std::string& rows)
+        : constraints{owner,
+                      "constraints",
+                      {.doc = ("names of ports of " + rows + " that must hold").c_str()}},
+          tasks{owner, "tasks", {.doc = ("names of ports of " + rows + " that are wanted").c_str()}},
+          levels{owner,
+                 "levels",
+                 {.doc = "of each task, 1 the first: those of one level are weighed, each level leaves those "
+                         "before it as they are; none: all 1"}},
+          max_iterations{owner,
+                         "max_iterations",
+                         {.initial = 1000, .minimum = 1, .doc = "of one solve, all levels together"}},
+          rank_tolerance{owner,
+                         "rank_tolerance",
+                         {.initial = 1e-7,
+                          .above = 0,
+                          .maximum = 0.01,
+                          .doc = "a row of a task asks for nothing where the rows before it leave less than "
+                                 "this part of it free"}},
+          stop_when_fails{
+              owner,
+              "stop_when_fails",
+              {.initial = false, .doc = "what is not solved ends the run; otherwise it shows in status"}} {}
+
+    /// Refuses wires that cannot be put into levels. `own`: names of other ports.
+    void check(Inference& inference, Names own = {}) const {
+        own.insert(own.end(), constraints->begin(), constraints->end());
+        own.insert(own.end(), tasks->begin(), tasks->end());
+        std::set<std::string> seen;
+        for (const std::string& name : own)
             if (!seen.insert(name).second)
                 inference.refuse("'" + name + "' is listed twice; give each port a name of its own");
-    if (!levels.empty() && levels.size() != tasks.size())
-        inference.refuse("argument 'levels' has " + std::to_string(levels.size()) +
-                         " elements, but there are " + std::to_string(tasks.size()) +
-                         " tasks; give one level for each, or none");
-    for (const int level : levels)
-        if (level < 1 || level > static_cast<int>(tasks.size()))
-            inference.refuse("argument 'levels' has " + std::to_string(level) +
-                             "; levels go from 1, the first, to " + std::to_string(tasks.size()) +
-                             ", the number of tasks");
-}
-int level_of(const std::vector<int>& levels, std::size_t task) { return levels.empty() ? 1 : levels[task]; }
-int count_levels(const Names& tasks, const std::vector<int>& levels) {
-    return tasks.empty() ? 0 : levels.empty() ? 1 : *std::max_element(levels.begin(), levels.end());
-}
+        if (!levels->empty() && levels->size() != tasks->size())
+            inference.refuse("argument 'levels' has " + std::to_string(levels->size()) +
+                             " elements, but there are " + std::to_string(tasks->size()) +
+                             " tasks; give one level for each, or none");
+        for (const int level : *levels)
+            if (level < 1 || level > static_cast<int>(tasks->size()))
+                inference.refuse("argument 'levels' has " + std::to_string(level) +
+                                 "; levels go from 1, the first, to " + std::to_string(tasks->size()) +
+                                 ", the number of tasks");
+    }
+    int of_task(int task) const { return levels->empty() ? 1 : (*levels)[static_cast<std::size_t>(task)]; }
+    int count() const {
+        return tasks->empty() ? 0 : levels->empty() ? 1 : *std::max_element(levels->begin(), levels->end());
+    }
+    qp::Hierarchy::Options options() const {
+        return {.max_iterations = max_iterations, .rank_tolerance = rank_tolerance};
+    }
+
+    Argument<Names> constraints, tasks;
+    Argument<std::vector<int>> levels;
+    Argument<int> max_iterations;
+    Argument<double> rank_tolerance;
+    Argument<bool> stop_when_fails;
+};
 
 /// Which rows of a level are those of a port.
 struct Place {
@@ -153,31 +190,12 @@ bool is_usable(const qp::Hierarchy::Result& result) {
 class HierarchicalQP final : public Block {
   public:
     using Block::Block;
-    Argument<Names> constraints{this, "constraints", {.doc = "names of ports of rows that must hold"}};
-    Argument<Names> tasks{this, "tasks", {.doc = "names of ports of rows that are wanted"}};
-    Argument<std::vector<int>> levels{
-        this,
-        "levels",
-        {.doc = "of each task, 1 the first: those of one level are weighed, each level leaves those before "
-                "it as they are; none: all 1"}};
-    Argument<int> max_iterations{
-        this, "max_iterations", {.initial = 1000, .minimum = 1, .doc = "of one solve, all levels together"}};
-    Argument<double> rank_tolerance{this,
-                                    "rank_tolerance",
-                                    {.initial = 1e-7,
-                                     .above = 0,
-                                     .maximum = 0.01,
-                                     .doc = "a row of a task asks for nothing where the rows before it leave "
-                                            "less than this part of it free"}};
-    Argument<bool> stop_when_fails{
-        this,
-        "stop_when_fails",
-        {.initial = false, .doc = "what is not solved ends the run; otherwise it shows in status"}};
+    Levels levels{this, "rows"};
 
     Dim n{this, "n"};
-    Dim l{this, "l", [this] { return count_levels(*tasks, *levels); }};
-    RowPorts of_constraints{this, *constraints, {n}, held_doc};
-    RowPorts of_tasks{this, *tasks, {n}, wanted_doc};
+    Dim l{this, "l", [this] { return levels.count(); }};
+    RowPorts constraints{this, *levels.constraints, {n}, held_doc};
+    RowPorts tasks{this, *levels.tasks, {n}, wanted_doc};
     Output<Vector> x{
         this,
         "x",
@@ -188,21 +206,21 @@ class HierarchicalQP final : public Block {
                              {.shape = {l},
                               .unit = any_unit,
                               .doc = "of each level: root of the sum of weight times violation squared",
-                              .present = !tasks->empty()}};
+                              .present = tasks.size() > 0}};
     DiscreteState<Vector> last{this, "last", {.shape = {n}, .unit = any_unit, .doc = "last solution"}};
     DiscreteState<Vector> last_violation{
         this,
         "last_violation",
-        {.shape = {l}, .unit = any_unit, .doc = "its violations", .present = !tasks->empty()}};
+        {.shape = {l}, .unit = any_unit, .doc = "its violations", .present = tasks.size() > 0}};
     OutsideState<Solver> solver{this, [this] { return make_solver(); }};
 
     void infer(Inference& inference) const override {
-        if (constraints->empty() && tasks->empty())
+        if (constraints.size() + tasks.size() == 0)
             inference.refuse("it has no rows; name ports in tasks or constraints");
         if (const Size* known = inference.size(x); known && known->rows < 1)
             inference.refuse(
                 "its rows have no column of A; a row is [A, lower, upper, weight], at least 4 numbers");
-        check(inference, {&*constraints, &*tasks}, *tasks, *levels);
+        levels.check(inference);
     }
     Status reset(Now at, After) const noexcept override {
         at[solver].hierarchy.reset();
@@ -222,7 +240,7 @@ class HierarchicalQP final : public Block {
             out[violation] = at[last_violation];
             if (is_usable(result)) out[violation] = hierarchy.violation();
         }
-        return result.status == qp::Status::solved || !stop_when_fails ? ok : failure(result, layout);
+        return result.status == qp::Status::solved || !levels.stop_when_fails ? ok : failure(result, layout);
     }
     Status update(Now at, Next next) const noexcept override {
         next[last] = at[x];
@@ -234,12 +252,10 @@ class HierarchicalQP final : public Block {
     std::shared_ptr<Solver> make_solver() const {
         Layout layout;
         layout.rows.resize(static_cast<std::size_t>(value(l)) + 1);
-        for (const auto& port : of_constraints) layout.add(0, size(port).rows, &port, 0, value(n));
-        for (int i = 0; i < of_tasks.size(); ++i)
-            layout.add(level_of(*levels, static_cast<std::size_t>(i)), size(of_tasks[i]).rows, &of_tasks[i],
-                       0, value(n));
-        qp::Hierarchy hierarchy(value(n), layout.rows,
-                                {.max_iterations = max_iterations, .rank_tolerance = rank_tolerance});
+        for (const auto& port : constraints) layout.add(0, size(port).rows, &port, 0, value(n));
+        for (int i = 0; i < tasks.size(); ++i)
+            layout.add(levels.of_task(i), size(tasks[i]).rows, &tasks[i], 0, value(n));
+        qp::Hierarchy hierarchy(value(n), layout.rows, levels.options());
         return std::make_shared<Solver>(Solver{std::move(layout), std::move(hierarchy)});
     }
 };
@@ -251,31 +267,11 @@ class TaskSpaceInverseDynamics final : public VelocityBlock {
         this, "surfaces", {.doc = "frames that touch the world and transmit a wrench, such as soles"}};
     Argument<Names> points{
         this, "points", {.doc = "frames that touch it with their origin and transmit a force"}};
-    Argument<Names> constraints{
-        this, "constraints", {.doc = "names of ports of rows over nu_dot that must hold"}};
-    Argument<Names> tasks{this, "tasks", {.doc = "names of ports of rows over nu_dot that are wanted"}};
-    Argument<std::vector<int>> levels{
-        this,
-        "levels",
-        {.doc = "of each task, 1 the first: those of one level are weighed, each level leaves those before "
-                "it as they are; none: all 1"}};
-    Argument<int> max_iterations{
-        this, "max_iterations", {.initial = 1000, .minimum = 1, .doc = "of one solve, all levels together"}};
-    Argument<double> rank_tolerance{this,
-                                    "rank_tolerance",
-                                    {.initial = 1e-7,
-                                     .above = 0,
-                                     .maximum = 0.01,
-                                     .doc = "a row of a task asks for nothing where the rows before it leave "
-                                            "less than this part of it free"}};
-    Argument<bool> stop_when_fails{
-        this,
-        "stop_when_fails",
-        {.initial = false, .doc = "what is not solved ends the run; otherwise it shows in status"}};
+    Levels levels{this, "rows over nu_dot"};
 
     Dim c{this, "c", [this] { return contact_names(); }};
     Dim m{this, "m", [this] { return wrench_names(); }};
-    Dim l{this, "l", [this] { return count_levels(*tasks, *levels); }};
+    Dim l{this, "l", [this] { return levels.count(); }};
     Input<Vector> contacts{
         this,
         "contacts",
@@ -287,8 +283,8 @@ class TaskSpaceInverseDynamics final : public VelocityBlock {
     RowPorts limits{
         this, prefixed("limits_", *contact_names()), contact_sizes(),
         "rows [A, lower, upper, weight] over the wrench on the frame, as ContactLimits makes them"};
-    RowPorts of_constraints{this, *constraints, {v}, held_doc};
-    RowPorts of_tasks{this, *tasks, {v}, wanted_doc};
+    RowPorts constraints{this, *levels.constraints, {v}, held_doc};
+    RowPorts tasks{this, *levels.tasks, {v}, wanted_doc};
     Parameter<double> contact_damping{this,
                                       "contact_damping",
                                       {.initial = {10},
@@ -317,7 +313,7 @@ class TaskSpaceInverseDynamics final : public VelocityBlock {
                              {.shape = {l},
                               .unit = any_unit,
                               .doc = "of each level: root of the sum of weight times violation squared",
-                              .present = !tasks->empty()}};
+                              .present = tasks.size() > 0}};
     DiscreteState<Vector> last_tau{
         this, "last_tau", {.shape = {n}, .unit = unit<"Nm">, .doc = "last torques"}};
     DiscreteState<Vector> last_nu_dot{
@@ -329,7 +325,7 @@ class TaskSpaceInverseDynamics final : public VelocityBlock {
     DiscreteState<Vector> last_violation{
         this,
         "last_violation",
-        {.shape = {l}, .unit = any_unit, .doc = "their violations", .present = !tasks->empty()}};
+        {.shape = {l}, .unit = any_unit, .doc = "their violations", .present = tasks.size() > 0}};
     OutsideState<Solver> solver{this, [this] { return make_solver(); }};
 
     /// What is computed before the levels are written.
@@ -346,9 +342,9 @@ class TaskSpaceInverseDynamics final : public VelocityBlock {
                        }};
 
     void infer(Inference& inference) const override {
-        const Names of_limits = prefixed("limits_", *contact_names());
-        const Names own{"w_H_b", "s", "v_b", "s_dot", "contacts"};
-        check(inference, {&own, &of_limits, &*constraints, &*tasks}, *tasks, *levels);
+        Names own = prefixed("limits_", *contact_names());
+        own.insert(own.end(), {"w_H_b", "s", "v_b", "s_dot", "contacts"});
+        levels.check(inference, std::move(own));
         if (!robot.is_bound()) return;
         contacts_.clear();
         for (const std::string& name : *surfaces) contacts_.push_back({model().frame(name), 6});
@@ -418,7 +414,7 @@ class TaskSpaceInverseDynamics final : public VelocityBlock {
             out[violation] = at[last_violation];
             if (usable) out[violation] = hierarchy.violation();
         }
-        return result.status == qp::Status::solved || !stop_when_fails ? ok : failure(result, layout);
+        return result.status == qp::Status::solved || !levels.stop_when_fails ? ok : failure(result, layout);
     }
     Status update(Now at, Next next) const noexcept override {
         next[last_nu_dot] = at[nu_dot];
@@ -459,12 +455,10 @@ class TaskSpaceInverseDynamics final : public VelocityBlock {
             layout.add(0, size(limits[i]).rows, &limits[i], column, wide);
             column += wide;
         }
-        for (const auto& port : of_constraints) layout.add(0, size(port).rows, &port, 0, value(v));
-        for (int i = 0; i < of_tasks.size(); ++i)
-            layout.add(level_of(*levels, static_cast<std::size_t>(i)), size(of_tasks[i]).rows, &of_tasks[i],
-                       0, value(v));
-        qp::Hierarchy hierarchy(value(v) + value(m), layout.rows,
-                                {.max_iterations = max_iterations, .rank_tolerance = rank_tolerance});
+        for (const auto& port : constraints) layout.add(0, size(port).rows, &port, 0, value(v));
+        for (int i = 0; i < tasks.size(); ++i)
+            layout.add(levels.of_task(i), size(tasks[i]).rows, &tasks[i], 0, value(v));
+        qp::Hierarchy hierarchy(value(v) + value(m), layout.rows, levels.options());
         return std::make_shared<Solver>(Solver{std::move(layout), std::move(hierarchy)});
     }
 

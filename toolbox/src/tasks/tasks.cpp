@@ -13,6 +13,36 @@ constexpr const char* task_rows_doc =
 using JacobianMatrix = Eigen::Matrix<double, 6, Eigen::Dynamic>;
 constexpr const char* limit_rows_doc = "rows [A, lower, upper, weight]: A x from lower to upper";
 
+/// What a task makes of an error and its derivative, and how much its rows count.
+template <class T> struct Feedback {
+    Feedback(Block* owner, const Shape& shape, const char* whose)
+        : kp{owner,
+             "kp",
+             {.shape = shape,
+              .initial = {100},
+              .minimum = 0,
+              .maximum = largest,
+              .unit = unit<"1/s2">,
+              .doc = "of the error"}},
+          kd{owner,
+             "kd",
+             {.shape = shape,
+              .initial = {20},
+              .minimum = 0,
+              .maximum = largest,
+              .unit = unit<"1/s">,
+              .doc = "of the velocity; 2 sqrt(kp) damps critically"}},
+          weights{owner,
+                  "weights",
+                  {.shape = shape,
+                   .initial = {1},
+                   .minimum = 0,
+                   .maximum = largest,
+                   .unit = any_unit,
+                   .doc = whose}} {}
+    Parameter<T> kp, kd, weights;
+};
+
 class CartesianTask final : public VelocityBlock {
   public:
     using VelocityBlock::VelocityBlock;
@@ -53,30 +83,7 @@ class CartesianTask final : public VelocityBlock {
                             .unit = mixed_units,
                             .doc = "acceleration that is fed forward [m/s2; rad/s2], world axes",
                             .optional = true}};
-    Parameter<Vector> kp{this,
-                         "kp",
-                         {.shape = {t},
-                          .initial = {100},
-                          .minimum = 0,
-                          .maximum = largest,
-                          .unit = unit<"1/s2">,
-                          .doc = "of the error"}};
-    Parameter<Vector> kd{this,
-                         "kd",
-                         {.shape = {t},
-                          .initial = {20},
-                          .minimum = 0,
-                          .maximum = largest,
-                          .unit = unit<"1/s">,
-                          .doc = "of the velocity; 2 sqrt(kp) damps critically"}};
-    Parameter<Vector> weights{this,
-                              "weights",
-                              {.shape = {t},
-                               .initial = {1},
-                               .minimum = 0,
-                               .maximum = largest,
-                               .unit = any_unit,
-                               .doc = "of the rows"}};
+    Feedback<Vector> feedback{this, {t}, "of the rows"};
     Output<Matrix> task{this, "task", {.shape = {t, v + 3}, .unit = mixed_units, .doc = task_rows_doc}};
     Output<Vector> error{this,
                          "error",
@@ -106,9 +113,10 @@ class CartesianTask final : public VelocityBlock {
             target = at[w_H_target];
         }
         if (!good) return good;
-        dynamics::cartesian_task(model(), at_state(at), frame.frame, kind, target,
-                                 {at[v_target], at[a_target], at[kp], at[kd], at[weights]}, out[task],
-                                 out[error], at[J]);
+        dynamics::cartesian_task(
+            model(), at_state(at), frame.frame, kind, target,
+            {at[v_target], at[a_target], at[feedback.kp], at[feedback.kd], at[feedback.weights]}, out[task],
+            out[error], at[J]);
         return ok;
     }
 
@@ -127,28 +135,16 @@ class CenterOfMassTask final : public VelocityBlock {
         this,
         "a_target",
         {.unit = unit<"m/s2">, .doc = "acceleration that is fed forward, world axes", .optional = true}};
-    Parameter<Vector3> kp{
-        this,
-        "kp",
-        {.initial = {100}, .minimum = 0, .maximum = largest, .unit = unit<"1/s2">, .doc = "of the error"}};
-    Parameter<Vector3> kd{this,
-                          "kd",
-                          {.initial = {20},
-                           .minimum = 0,
-                           .maximum = largest,
-                           .unit = unit<"1/s">,
-                           .doc = "of the velocity; 2 sqrt(kp) damps critically"}};
-    Parameter<Vector3> weights{
-        this,
-        "weights",
-        {.initial = {1}, .minimum = 0, .maximum = largest, .unit = any_unit, .doc = "of the rows x y z"}};
+    Feedback<Vector3> feedback{this, {}, "of the rows x y z"};
     Output<Matrix> task{this, "task", {.shape = {3, v + 3}, .unit = mixed_units, .doc = task_rows_doc}};
     Output<Vector3> error{this, "error", {.unit = unit<"m">, .doc = "p_target minus the centre of mass"}};
 
     Status evaluate(Now at, Out out) const noexcept override {
         if (const Status good = all_finite(at, p_target, v_target, a_target); !good) return good;
-        dynamics::com_task(model(), at_state(at), at[p_target],
-                           {at[v_target], at[a_target], at[kp], at[kd], at[weights]}, out[task], out[error]);
+        dynamics::com_task(
+            model(), at_state(at), at[p_target],
+            {at[v_target], at[a_target], at[feedback.kp], at[feedback.kd], at[feedback.weights]}, out[task],
+            out[error]);
         return ok;
     }
 };
@@ -205,39 +201,17 @@ class PostureTask final : public RobotBlock {
                                  .unit = unit<"rad/s2">,
                                  .doc = "accelerations that are fed forward",
                                  .optional = true}};
-    Parameter<Vector> kp{this,
-                         "kp",
-                         {.shape = {n},
-                          .initial = {100},
-                          .minimum = 0,
-                          .maximum = largest,
-                          .unit = unit<"1/s2">,
-                          .doc = "of the error"}};
-    Parameter<Vector> kd{this,
-                         "kd",
-                         {.shape = {n},
-                          .initial = {20},
-                          .minimum = 0,
-                          .maximum = largest,
-                          .unit = unit<"1/s">,
-                          .doc = "of the velocity; 2 sqrt(kp) damps critically"}};
-    Parameter<Vector> weights{this,
-                              "weights",
-                              {.shape = {n},
-                               .initial = {1},
-                               .minimum = 0,
-                               .maximum = largest,
-                               .unit = any_unit,
-                               .doc = "of the joints"}};
+    Feedback<Vector> feedback{this, {n}, "of the joints"};
     Output<Matrix> task{this, "task", {.shape = {n, v + 3}, .unit = mixed_units, .doc = task_rows_doc}};
     Output<Vector> error{this, "error", {.shape = {n}, .unit = unit<"rad">, .doc = "s_target - s"}};
 
     Status output(Now at, Out out) const noexcept override {
         if (const Status good = all_finite(at, s, s_dot, s_target, s_dot_target, s_ddot_target); !good)
             return good;
-        dynamics::posture_task(model(), at[s], at[s_dot], at[s_target],
-                               {at[s_dot_target], at[s_ddot_target], at[kp], at[kd], at[weights]}, out[task],
-                               out[error]);
+        dynamics::posture_task(
+            model(), at[s], at[s_dot], at[s_target],
+            {at[s_dot_target], at[s_ddot_target], at[feedback.kp], at[feedback.kd], at[feedback.weights]},
+            out[task], out[error]);
         return ok;
     }
 };

@@ -96,6 +96,29 @@ class Lqr final : public Block {
     }
 };
 
+/// Parameters NAME_min and NAME_max, without bounds where they are not given.
+struct Bounds {
+    Bounds(Block* owner, const std::string& name, const Dim& size, const char* doc, bool present = true)
+        : lower{owner,
+                (name + "_min").c_str(),
+                {.shape = {size},
+                 .initial = {-bf::Limits::infinity},
+                 .maximum = largest,
+                 .unit = any_unit,
+                 .doc = doc,
+                 .present = present}},
+          upper{owner,
+                (name + "_max").c_str(),
+                {.shape = {size},
+                 .initial = {bf::Limits::infinity},
+                 .minimum = -largest,
+                 .at_least = lower.index(),
+                 .unit = any_unit,
+                 .doc = doc,
+                 .present = present}} {}
+    Parameter<Vector> lower, upper;
+};
+
 class PredictiveControl final : public Block {
   public:
     using Block::Block;
@@ -154,55 +177,9 @@ class PredictiveControl final : public Block {
         this,
         "P",
         {.shape = {n, n}, .unit = mixed_units, .doc = "cost of the last state", .present = *terminal == "P"}};
-    Parameter<Vector> u_min{this,
-                            "u_min",
-                            {.shape = {m},
-                             .initial = {-bf::Limits::infinity},
-                             .maximum = largest,
-                             .unit = any_unit,
-                             .doc = "of the inputs"}};
-    Parameter<Vector> u_max{this,
-                            "u_max",
-                            {.shape = {m},
-                             .initial = {bf::Limits::infinity},
-                             .minimum = -largest,
-                             .at_least = u_min.index(),
-                             .unit = any_unit,
-                             .doc = "of the inputs"}};
-    Parameter<Vector> du_min{this,
-                             "du_min",
-                             {.shape = {m},
-                              .initial = {-bf::Limits::infinity},
-                              .maximum = largest,
-                              .unit = any_unit,
-                              .doc = "of u(k) - u(k-1)",
-                              .present = limit_rates}};
-    Parameter<Vector> du_max{this,
-                             "du_max",
-                             {.shape = {m},
-                              .initial = {bf::Limits::infinity},
-                              .minimum = -largest,
-                              .at_least = du_min.index(),
-                              .unit = any_unit,
-                              .doc = "of u(k) - u(k-1)",
-                              .present = limit_rates}};
-    Parameter<Vector> x_min{this,
-                            "x_min",
-                            {.shape = {c},
-                             .initial = {-bf::Limits::infinity},
-                             .maximum = largest,
-                             .unit = any_unit,
-                             .doc = "of the bounded states",
-                             .present = has_bounds()}};
-    Parameter<Vector> x_max{this,
-                            "x_max",
-                            {.shape = {c},
-                             .initial = {bf::Limits::infinity},
-                             .minimum = -largest,
-                             .at_least = x_min.index(),
-                             .unit = any_unit,
-                             .doc = "of the bounded states",
-                             .present = has_bounds()}};
+    Bounds u_bounds{this, "u", m, "of the inputs"};
+    Bounds du_bounds{this, "du", m, "of u(k) - u(k-1)", limit_rates};
+    Bounds x_bounds{this, "x", c, "of the bounded states", has_bounds()};
     Parameter<Vector> slack_weight{this,
                                    "slack_weight",
                                    {.shape = {c},
@@ -293,19 +270,19 @@ class PredictiveControl final : public Block {
         } else {
             mpc.set_model(at[A], at[B], at[Q], at[R], P.is_present() ? at[P] : at[Q]);
         }
-        mpc.u_min = at[u_min];
-        mpc.u_max = at[u_max];
+        mpc.u_min = at[u_bounds.lower];
+        mpc.u_max = at[u_bounds.upper];
         if (has_bounds()) {
-            mpc.x_min = at[x_min];
-            mpc.x_max = at[x_max];
+            mpc.x_min = at[x_bounds.lower];
+            mpc.x_max = at[x_bounds.upper];
         }
         if (slack_weight.is_present()) {
             mpc.slack_weight = at[slack_weight];
             mpc.slack_linear = at[slack_linear];
         }
         if (limit_rates) {
-            mpc.du_min = at[du_min];
-            mpc.du_max = at[du_max];
+            mpc.du_min = at[du_bounds.lower];
+            mpc.du_max = at[du_bounds.upper];
             if (at.is_connected(u_last))
                 mpc.u_last = at[u_last];
             else

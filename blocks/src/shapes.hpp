@@ -16,6 +16,10 @@ inline About any(const char* doc = "") { return {.unit = any_unit, .doc = doc}; 
 inline About any(const Shape& shape, const char* doc = "") {
     return {.shape = shape, .unit = any_unit, .doc = doc};
 }
+/// Of a state that begins as the parameter `initial` says.
+template <class Key> About any(const Shape& shape, const char* doc, const Key& initial) {
+    return {.shape = shape, .unit = any_unit, .doc = doc, .initial_from = initial.index()};
+}
 /// The shape of a scalar, for keys of any type.
 inline constexpr Shape scalar{Extent(1)};
 

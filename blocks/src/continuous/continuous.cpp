@@ -21,8 +21,7 @@ class Integrator final : public Block {
     Parameter<Numbers> initial{this, "initial", {.initial = {0}, .unit = any_unit, .doc = "y at the start"}};
     Input<Numbers> u{this, "u", any(shape, "signal to integrate")};
     Output<Numbers> y{this, "y", any(shape, "integral")};
-    ContinuousState<Numbers> x{
-        this, "x", {.shape = shape, .unit = any_unit, .doc = "integral", .initial_from = initial.index()}};
+    ContinuousState<Numbers> x{this, "x", any(shape, "integral", initial)};
     OutputRule output_rule{this, kernels::Copy{}, y, x};
     DerivativeRule derivative_rule{this, kernels::Copy{}, bf::derivative(x), u};
 
@@ -46,8 +45,7 @@ class FilteredDerivative final : public Block {
         {.initial = {0}, .unit = any_unit, .doc = "where the lag begins; y(0) = 0 if it is u(0)"}};
     Input<Numbers> u{this, "u", any(shape)};
     Output<Numbers> y{this, "y", any(shape, "derivative of u, unit of u per second")};
-    ContinuousState<Numbers> x{
-        this, "x", {.shape = shape, .unit = any_unit, .doc = "lag of u", .initial_from = initial.index()}};
+    ContinuousState<Numbers> x{this, "x", any(shape, "lag of u", initial)};
     OutputRule output_rule{this, kernels::Lag{}, y, time_constant, x, u};
     DerivativeRule derivative_rule{this, kernels::Lag{}, bf::derivative(x), time_constant, x, u};
 
@@ -73,10 +71,7 @@ template <bool has_setpoint> class PID final : public Block {
     AnyShape shape{this};
     PidQuantities q{this, shape, has_setpoint};
     ContinuousReset reset_input{this};
-    ContinuousState<Numbers> x_i{
-        this,
-        "x_i",
-        {.shape = shape, .unit = any_unit, .doc = "integral part", .initial_from = q.initial.index()}};
+    ContinuousState<Numbers> x_i{this, "x_i", any(shape, "integral part", q.initial)};
     ContinuousState<Numbers> x_d{this, "x_d", any(shape, "filtered D e")};
     Workspace<Numbers> slope_i{this, "slope_i", {.shape = shape}};
     Workspace<Numbers> slope_d{this, "slope_d", {.shape = shape}};

@@ -97,12 +97,7 @@ class LimitedIntegrator final : public Block {
         this,
         "state",
         {.shape = shape, .unit = any_unit, .doc = "integral before a reset", .present = *state_port}};
-    ContinuousState<Numbers> x{this,
-                               "x",
-                               {.shape = shape,
-                                .unit = any_unit,
-                                .doc = "integral, less the external initial value",
-                                .initial_from = initial.index()}};
+    ContinuousState<Numbers> x{this, "x", any(shape, "integral, less the external initial value", initial)};
     DiscreteState<Numbers> base{
         this,
         "base",
@@ -160,12 +155,8 @@ class SecondOrderIntegrator final : public Block {
     Input<Numbers> u{this, "u", any(shape, "second derivative of x")};
     Output<Numbers> y{this, "x", any(shape, "position")};
     Output<Numbers> v{this, "v", any(shape, "velocity")};
-    ContinuousState<Numbers> q{
-        this, "q", {.shape = shape, .unit = any_unit, .doc = "position", .initial_from = initial_x.index()}};
-    ContinuousState<Numbers> q_dot{
-        this,
-        "q_dot",
-        {.shape = shape, .unit = any_unit, .doc = "velocity", .initial_from = initial_v.index()}};
+    ContinuousState<Numbers> q{this, "q", any(shape, "position", initial_x)};
+    ContinuousState<Numbers> q_dot{this, "q_dot", any(shape, "velocity", initial_v)};
     Workspace<Numbers> rate{this, "rate", {.shape = shape}};
     Workspace<Numbers> free_v{this, "free_v", {.shape = shape}};
     DiscreteState<Array<std::int32_t>> side{

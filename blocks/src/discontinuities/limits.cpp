@@ -156,12 +156,7 @@ class Backlash final : public Block {
         this, "initial", {.initial = {0}, .unit = any_unit, .doc = "y before the first step"}};
     Input<> u{this, "u", any(shape)};
     Output<> y{this, "y", any(shape)};
-    DiscreteState<> x{this,
-                      "x",
-                      {.shape = shape,
-                       .unit = any_unit,
-                       .doc = "output of the step before",
-                       .initial_from = initial.index()}};
+    DiscreteState<> x{this, "x", any(shape, "output of the step before", initial)};
     OutputRule rule{this, kernels::Backlash{}, y, width, x, u};
     UpdateRule rule_x{this, kernels::Copy{}, next(x), y};
     GuardOf<Array<double>> at_lower{this, "at_lower", {.shape = shape, .doc = "zero at the lower stop"}};

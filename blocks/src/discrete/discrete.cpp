@@ -20,12 +20,7 @@ class UnitDelay final : public Block {
     Parameter<> initial{this, "initial", {.initial = {0}, .unit = any_unit, .doc = "y in the first step"}};
     Input<> u{this, "u", any(shape)};
     Output<> y{this, "y", any(shape)};
-    DiscreteState<> x{this,
-                      "x",
-                      {.shape = shape,
-                       .unit = any_unit,
-                       .doc = "input of the step before",
-                       .initial_from = initial.index()}};
+    DiscreteState<> x{this, "x", any(shape, "input of the step before", initial)};
     OutputRule rule{this, kernels::Copy{}, y, x};
     UpdateRule rule_x{this, kernels::Copy{}, next(x), u};
 
@@ -174,12 +169,7 @@ class DiscreteDerivative final : public Block {
         this, "initial", {.initial = {0}, .unit = any_unit, .doc = "input before the first step"}};
     Input<> u{this, "u", any(shape)};
     Output<> y{this, "y", any(shape)};
-    DiscreteState<> x{this,
-                      "x",
-                      {.shape = shape,
-                       .unit = any_unit,
-                       .doc = "input of the step before",
-                       .initial_from = initial.index()}};
+    DiscreteState<> x{this, "x", any(shape, "input of the step before", initial)};
     Workspace<Any> slope{this, "slope", {.shape = shape}};
     OutputRule rule_slope{this, kernels::Difference{}, slope, at_period, x, u};
     OutputRule rule{this, kernels::Gain{}, y, gain, slope};
@@ -213,12 +203,7 @@ template <class Bound> class RateLimit final : public Block {
     Parameter<> initial{
         this, "initial", {.initial = {0}, .unit = any_unit, .doc = "y before the first step"}};
     Output<> y{this, "y", any(shape)};
-    DiscreteState<> x{this,
-                      "x",
-                      {.shape = shape,
-                       .unit = any_unit,
-                       .doc = "output of the step before",
-                       .initial_from = initial.index()}};
+    DiscreteState<> x{this, "x", any(shape, "output of the step before", initial)};
     OutputRule rule{this, kernels::RateLimit{}, y, rising, falling, at_period, x, u};
     UpdateRule rule_x{this, kernels::Copy{}, next(x), y};
 
@@ -274,12 +259,7 @@ class SampleHold final : public Block {
     Input<Any> u{this, "u", any(shape)};
     Input<Other> trigger{this, "trigger", {.shape = scalar, .doc = "true: let u through"}};
     Output<Any> y{this, "y", any(shape)};
-    DiscreteState<Any> held{this,
-                            "held",
-                            {.shape = shape,
-                             .unit = any_unit,
-                             .doc = "output of the step before",
-                             .initial_from = initial.index()}};
+    DiscreteState<Any> held{this, "held", any(shape, "output of the step before", initial)};
     Workspace<bool> open{this, "open", {}};
     OutputRule rule_open{this, kernels::NotEqual{}, open, trigger, Constants({0})};
     OutputRule rule{this, kernels::Choose{}, y, u, open, held};

@@ -70,10 +70,7 @@ class DiscreteIntegrator final : public Block {
     const bool has_reset = reset_input.is_present();
     Input<Any> initial_input{this, "x0", {.unit = any_unit, .doc = "initial value", .present = is_external}};
     Output<Any> y{this, "y", any(shape, "integral")};
-    DiscreteState<Any> x{
-        this,
-        "x",
-        {.shape = shape, .unit = any_unit, .doc = "y of the step before", .initial_from = initial.index()}};
+    DiscreteState<Any> x{this, "x", any(shape, "y of the step before", initial)};
     DiscreteState<Any> before{
         this,
         "before",

@@ -42,10 +42,7 @@ template <bool has_setpoint> class DiscretePID final : public Block {
     AnyShape shape{this};
     PidQuantities q{this, shape, has_setpoint};
     ResetInput reset_input{this};
-    DiscreteState<Numbers> x_i{
-        this,
-        "x_i",
-        {.shape = shape, .unit = any_unit, .doc = "integral part", .initial_from = q.initial.index()}};
+    DiscreteState<Numbers> x_i{this, "x_i", any(shape, "integral part", q.initial)};
     DiscreteState<Numbers> x_d{this, "x_d", any(shape, "filtered D e")};
     DiscreteState<Numbers> before_i{this, "before_i", any(shape, "slope of x_i in the step before")};
     DiscreteState<Numbers> before_d{this, "before_d", any(shape, "slope of x_d in the step before")};

@@ -46,12 +46,7 @@ class EdgeDetect final : public Block {
         this, "initial", {.initial = {0}, .unit = any_unit, .doc = "u before the first step"}};
     Input<> u{this, "u", any(shape)};
     Output<Booleans> y{this, "y", {.shape = shape}};
-    DiscreteState<> previous{this,
-                             "previous",
-                             {.shape = shape,
-                              .unit = any_unit,
-                              .doc = "input of the step before",
-                              .initial_from = initial.index()}};
+    DiscreteState<> previous{this, "previous", any(shape, "input of the step before", initial)};
     UpdateRule rule_previous{this, kernels::Copy{}, next(previous), u};
 };
 

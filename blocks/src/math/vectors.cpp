@@ -60,12 +60,7 @@ class RunningExtreme final : public Block {
     Input<> u{this, "u", any(shape)};
     ResetInput reset_input{this};
     Output<> y{this, "y", any(shape)};
-    DiscreteState<> x{this,
-                      "x",
-                      {.shape = shape,
-                       .unit = any_unit,
-                       .doc = "extreme of the steps before",
-                       .initial_from = initial.index()}};
+    DiscreteState<> x{this, "x", any(shape, "extreme of the steps before", initial)};
     Workspace<Any> from{this, "from", {.shape = shape, .present = reset_input.is_present()}};
     Workspace<bool> restarts{this, "restarts", {.present = reset_input.is_present()}};
 

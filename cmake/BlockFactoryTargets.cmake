@@ -24,18 +24,6 @@ function(bf_common_headers target)
     endif()
 endfunction()
 
-# bf_network(TARGET file...): sources that include Boost.Beast, whose templates take minutes at -O2, are compiled as one
-# and at -O1: no loop waits for the network.
-function(bf_network target)
-    set(all ${CMAKE_CURRENT_BINARY_DIR}/network.cpp)
-    list(TRANSFORM ARGN REPLACE "(.+)" "#include \"${CMAKE_CURRENT_SOURCE_DIR}/\\1\"\n" OUTPUT_VARIABLE includes)
-    list(JOIN includes "" includes)
-    file(CONFIGURE OUTPUT ${all} CONTENT "${includes}" @ONLY)
-    target_sources(${target} PRIVATE ${all})
-    set_source_files_properties(${ARGN} PROPERTIES HEADER_FILE_ONLY ON)
-    set_source_files_properties(${all} PROPERTIES COMPILE_OPTIONS $<$<CONFIG:Release>:-O1>)
-endfunction()
-
 # The version of the paper's API (blockfactory::core) that is offered.
 set(BF_API_VERSION 1.0.1)
 

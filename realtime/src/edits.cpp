@@ -143,13 +143,14 @@ void Server::State::Edits::take(std::int64_t step) {
 void Server::State::Edits::answer(bool is_made) {
     const auto session = asked_.session.lock();
     if (!session) return;
-    session->answer({false, asked_.head + to_text(Json{{"success", true},
-                                                       {"is_made", is_made},
-                                                       {"refusal", edited_.refusal},
-                                                       {"lost", edited_.lost},
-                                                       {"begun", edited_.begun},
-                                                       {"unclear", edited_.unclear},
-                                                       {"edits", count()}})});
+    session->answer({asked_.head + to_text(Json{{"success", true},
+                                                {"is_made", is_made},
+                                                {"refusal", edited_.refusal},
+                                                {"lost", edited_.lost},
+                                                {"begun", edited_.begun},
+                                                {"unclear", edited_.unclear},
+                                                {"edits", count()}}),
+                     false});
 }
 
 } // namespace bf::realtime

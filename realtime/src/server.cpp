@@ -8,6 +8,7 @@
 #include "server_state.hpp"
 
 #include <algorithm>
+#include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
 #include <cmath>
 #include <csignal>
@@ -98,10 +99,10 @@ void Server::State::listen() {
 
 void Server::State::accept() {
     is_accepting = true;
-    acceptor.async_accept([this](auto error, Protocol::socket socket) {
+    acceptor.async_accept([this](auto error, WebSocket::Socket socket) {
         is_accepting = false;
-        if (error) return;         // the next tick tries again
-        beast::error_code ignored; // by Unix sockets, which never wait
+        if (error) return;        // the next tick tries again
+        WebSocket::Error ignored; // by Unix sockets, which never wait
         socket.set_option(tcp::no_delay(true), ignored);
         sessions.push_back(std::make_shared<Session>(*this, std::move(socket)));
         // Whoever has not told the token gives way to those who come later.

@@ -1,17 +1,16 @@
 // What the server and its sessions share. All of it is used in one thread, but for what the loop writes.
 #pragma once
 
-#include "bf/realtime/limited_read.hpp"
 #include "bf/realtime/server.hpp"
+#include "bf/realtime/web_socket.hpp"
 #include "log.hpp"
 #include "sample_ring.hpp"
 
+#include <boost/asio/basic_socket_acceptor.hpp>
+#include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/generic/stream_protocol.hpp>
-#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/io_context.hpp>
 #include <boost/asio/steady_timer.hpp>
-#include <boost/beast/core.hpp>
-#include <boost/beast/http.hpp>
-#include <boost/beast/websocket.hpp>
 #include <deque>
 #include <future>
 #include <map>
@@ -22,9 +21,6 @@
 namespace bf::realtime {
 
 namespace asio = boost::asio;
-namespace beast = boost::beast;
-namespace http = beast::http;
-namespace websocket = beast::websocket;
 /// A port or a Unix socket.
 using Protocol = asio::generic::stream_protocol;
 using Json = nlohmann::json;
@@ -218,7 +214,7 @@ class Server::State::Edits {
 
 /// One viewer.
 struct Server::State::Session : std::enable_shared_from_this<Session> {
-    Session(State& state, Protocol::socket socket);
+    Session(State& state, WebSocket::Socket socket);
 
     void start();
     /// Reads the next message, as soon as this viewer's turn has come and it takes the answers it asked for.
@@ -235,11 +231,11 @@ struct Server::State::Session : std::enable_shared_from_this<Session> {
     /// Whatever waits for the network ends with an error then.
     void leave();
     void dismiss();
-    void close(const websocket::close_reason& reason);
+    void close(WebSocket::Close code, const std::string& reason);
 
-    void shake_hands();
-    void refuse(http::status status, const char* text);
-    void handle();
+    void shake_hands(const HttpRequest& request);
+    void refuse(int status, const char* text);
+    void handle(const WebSocket::Message& message);
     void handle_text(const std::string& text);
     void call_service(const std::string& bytes);
     void fail_call(std::uint32_t service, std::uint32_t call, const std::string& why);
@@ -249,25 +245,18 @@ struct Server::State::Session : std::enable_shared_from_this<Session> {
     void set_parameters(const Json& json);
     void status(int level, const std::string& message);
     std::string name_of(const Json& message) const;
-    struct Message {
-        bool is_text;
-        std::string bytes;
-    };
-    void answer(Message message);
+    void answer(WebSocket::Message message);
     void write();
 
     State& state;
     const std::string peer; ///< where it is connected from
-    websocket::stream<beast::basic_stream<Protocol>> stream;
-    beast::flat_buffer buffer;
-    http::request<http::string_body> request;
+    const std::shared_ptr<WebSocket> socket;
     bool is_open = false, is_reading = false, is_writing = false, is_leaving = false;
     std::map<std::uint32_t, std::uint32_t> subscriptions; ///< the client's number -> channel
     std::vector<std::int64_t> numbers;                    ///< channel -> the client's number, or -1
     std::set<std::string> watched;                        ///< parameters
-    std::deque<Message> answers, samples;                 ///< not yet written
+    std::deque<WebSocket::Message> answers, samples;      ///< not yet written
     std::size_t answer_bytes = 0, sample_bytes = 0;       ///< in these
-    Message written{};                                    ///< what is being written
     std::ptrdiff_t credit = 0;                            ///< bytes; see bytes_at_once
     int unanswered = 0;                                   ///< changes of parameters
     std::uint64_t lost = 0;

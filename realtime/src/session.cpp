@@ -50,7 +50,7 @@ Json parsed(const std::string& text) {
 
 Json id_of(const Json& json) { return json.contains("id") ? json["id"] : Json(); }
 
-std::string peer_of(Protocol::socket& socket) {
+std::string peer_of(WebSocket::Socket& socket) {
     sockaddr_storage address{};
     socklen_t size = sizeof address;
     const int descriptor = socket.native_handle();
@@ -79,41 +79,31 @@ std::string log_name(std::string text) {
     return text;
 }
 
-Server::State::Session::Session(State& s, Protocol::socket socket)
-    : state(s), peer(peer_of(socket)), stream(std::move(socket)) {}
+Server::State::Session::Session(State& s, WebSocket::Socket connected)
+    : state(s), peer(peer_of(connected)), socket(std::make_shared<WebSocket>(std::move(connected))) {}
 
 void Server::State::Session::start() {
-    beast::get_lowest_layer(stream).expires_after(std::chrono::seconds(10));
-    http::async_read(stream.next_layer(), buffer, request, [self = shared_from_this()](auto error, auto) {
-        error ? self->leave() : self->shake_hands();
+    socket->receive(std::chrono::seconds(10), [self = shared_from_this()](auto error, const auto& request) {
+        error ? self->leave() : self->shake_hands(request);
     });
 }
 
-void Server::State::Session::shake_hands() {
+void Server::State::Session::shake_hands(const HttpRequest& request) {
     std::string protocol;
-    for (const auto offered : http::token_list(request[http::field::sec_websocket_protocol]))
+    for (const auto& offered : request.protocols)
         if (protocol.empty() && (offered == "foxglove.websocket.v1" || offered == "foxglove.sdk.v1"))
-            protocol = std::string(offered.data(), offered.size());
-    const auto target = request.target();
-    if (!is_token(token_in({target.data(), target.size()}), state.options.token))
-        return refuse(http::status::forbidden,
-                      "connect to the address with the token, ws://HOST:PORT/?token=..., which the "
-                      "program told when it started\n");
-    if (!websocket::is_upgrade(request) || protocol.empty())
-        return refuse(http::status::bad_request,
+            protocol = offered;
+    if (!is_token(token_in(request.target), state.options.token))
+        return refuse(403, "connect to the address with the token, ws://HOST:PORT/?token=..., which the "
+                           "program told when it started\n");
+    if (!request.is_upgrade || protocol.empty())
+        return refuse(400,
                       "this is a live BlockFactory model; connect a viewer that speaks Foxglove's WebSocket "
                       "protocol (foxglove.websocket.v1)\n");
-    if (state.viewers() >= state.options.most_viewers)
-        return refuse(http::status::service_unavailable, "too many viewers are connected\n");
-    beast::get_lowest_layer(stream).expires_never();
-    stream.set_option(websocket::stream_base::timeout::suggested(beast::role_type::server));
-    stream.set_option(websocket::stream_base::decorator(
-        [protocol](websocket::response_type& r) { r.set(http::field::sec_websocket_protocol, protocol); }));
-    stream.read_message_max(0); // see read_limited
-    stream.async_accept(request, [self = shared_from_this()](auto error) {
+    if (state.viewers() >= state.options.most_viewers) return refuse(503, "too many viewers are connected\n");
+    socket->accept(protocol, [self = shared_from_this()](auto error) {
         if (error) return self->leave();
         self->is_open = true;
-        self->buffer.clear();
         self->numbers.resize(self->state.channels.size(), -1);
         for (const auto& message :
              {self->state.server_info, self->state.advertisement(), self->state.services})
@@ -123,33 +113,27 @@ void Server::State::Session::shake_hands() {
     });
 }
 
-void Server::State::Session::refuse(http::status status, const char* text) {
-    auto response = std::make_shared<http::response<http::string_body>>(status, 11, text);
-    response->set(http::field::content_type, "text/plain");
-    response->prepare_payload();
-    http::async_write(stream.next_layer(), *response,
-                      [self = shared_from_this(), response](auto, auto) { self->leave(); });
+void Server::State::Session::refuse(int status, const char* text) {
+    socket->respond({.status = status, .body = text}, [self = shared_from_this()] { self->leave(); });
 }
 
 void Server::State::Session::read() {
     if (!is_open || is_reading || credit <= 0 || unanswered >= most_unanswered || !answers.empty()) return;
     is_reading = true;
-    read_limited(stream, buffer, state.longest_message, [self = shared_from_this()](auto error) {
+    socket->read(state.longest_message, [self = shared_from_this()](auto error, const auto& message) {
         self->is_reading = false;
         if (self->is_leaving) return; // what is being written ends it
-        if (error == websocket::error::message_too_big) return self->dismiss();
+        if (WebSocket::is_too_long(error)) return self->dismiss();
         if (error) return self->leave();
-        self->credit -= static_cast<std::ptrdiff_t>(self->buffer.size()) + bytes_per_message;
-        self->handle();
-        self->buffer.clear();
+        self->credit -= static_cast<std::ptrdiff_t>(message.bytes.size()) + bytes_per_message;
+        self->handle(message);
         self->read();
     });
 }
 
-void Server::State::Session::handle() {
-    const std::string message = beast::buffers_to_string(buffer.data());
+void Server::State::Session::handle(const WebSocket::Message& message) {
     try {
-        stream.got_binary() ? call_service(message) : handle_text(message);
+        message.is_text ? handle_text(message.bytes) : call_service(message.bytes);
     } catch (const ClientError& error) {
         status(2, error.what());
     }
@@ -204,7 +188,7 @@ void Server::State::Session::call_service(const std::string& bytes) {
             return;
         }
         state.command(name, who);
-        answer({false, response + R"({"success": true, "message": ""})"});
+        answer({response + R"({"success": true, "message": ""})", false});
     } catch (const ClientError& error) {
         fail_call(service, call, error.what());
     }
@@ -315,9 +299,9 @@ void Server::State::Session::status(int level, const std::string& message) {
     send(Json{{"op", "status"}, {"level", level}, {"message", message}});
 }
 
-void Server::State::Session::send(const Json& json) { answer({true, to_text(json)}); }
+void Server::State::Session::send(const Json& json) { answer({to_text(json)}); }
 
-void Server::State::Session::answer(Message message) {
+void Server::State::Session::answer(WebSocket::Message message) {
     if (!is_open) return;
     credit -= static_cast<std::ptrdiff_t>(message.bytes.size());
     answer_bytes += message.bytes.size();
@@ -351,7 +335,7 @@ void Server::State::Session::send_data(std::uint32_t channel, std::int64_t time,
         state.lost_messages.fetch_add(1, std::memory_order_relaxed);
     }
     sample_bytes += bytes.size();
-    samples.push_back({false, std::move(bytes)});
+    samples.push_back({std::move(bytes), false});
     write();
 }
 
@@ -365,15 +349,14 @@ void Server::State::Session::write() {
             status(1, std::to_string(std::exchange(lost, 0)) +
                           " messages were lost: this viewer reads too slowly");
         else if (is_leaving)
-            close(websocket::close_code::going_away);
+            close(WebSocket::Close::going_away, "");
         return;
     }
-    written = std::move(queue.front());
+    WebSocket::Message message = std::move(queue.front());
     queue.pop_front();
-    (is_answer ? answer_bytes : sample_bytes) -= written.bytes.size();
+    (is_answer ? answer_bytes : sample_bytes) -= message.bytes.size();
     is_writing = true;
-    stream.binary(!written.is_text);
-    stream.async_write(asio::buffer(written.bytes), [self = shared_from_this()](auto error, auto) {
+    socket->write(std::move(message), [self = shared_from_this()](auto error) {
         self->is_writing = false;
         if (error) return self->leave();
         self->write();
@@ -386,7 +369,7 @@ void Server::State::Session::dismiss() {
     is_open = false;
     answers.clear();
     samples.clear();
-    close(too_long(state.longest_message));
+    close(WebSocket::Close::too_big, WebSocket::too_long(state.longest_message));
 }
 
 void Server::State::Session::say_goodbye() {
@@ -396,16 +379,15 @@ void Server::State::Session::say_goodbye() {
     write();
 }
 
-void Server::State::Session::close(const websocket::close_reason& reason) {
+void Server::State::Session::close(WebSocket::Close code, const std::string& reason) {
     is_writing = true; // nothing follows
-    stream.async_close(reason, [self = shared_from_this()](auto) { self->leave(); });
+    socket->close(code, reason, [self = shared_from_this()] { self->leave(); });
 }
 
 void Server::State::Session::leave() {
     is_open = false;
     while (!subscriptions.empty()) unsubscribe(subscriptions.begin()->first);
-    beast::error_code ignored;
-    beast::get_lowest_layer(stream).socket().close(ignored);
+    socket->leave();
     const bool has_left = std::erase(state.sessions, shared_from_this()) > 0;
     if (has_left && state.sessions.empty() && !state.last_state.empty()) state.all_have_left.set_value();
 }

@@ -2,6 +2,7 @@
 
 #include "bf/base/value_text.hpp"
 #include "bf/realtime/server.hpp"
+#include "bf/realtime/web_socket.hpp"
 #include "bf/recording/message.hpp"
 #include "frame.hpp"
 #include "json.hpp"
@@ -9,19 +10,16 @@
 
 #include <algorithm>
 #include <boost/asio/connect.hpp>
-#include <boost/asio/generic/stream_protocol.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/local/stream_protocol.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
-#include <boost/beast/core.hpp>
-#include <boost/beast/websocket.hpp>
 #include <charconv>
 #include <chrono>
 #include <cmath>
 #include <cstring>
+#include <deque>
 #include <future>
-#include <list>
 #include <map>
 #include <mutex>
 #include <optional>
@@ -35,11 +33,8 @@ namespace bf::service {
 namespace {
 
 namespace asio = boost::asio;
-namespace beast = boost::beast;
-namespace websocket = beast::websocket;
+using realtime::WebSocket;
 using tcp = asio::ip::tcp;
-/// A port or a Unix socket.
-using Protocol = asio::generic::stream_protocol;
 
 constexpr auto between_frames = std::chrono::milliseconds(30);
 constexpr auto patience = std::chrono::seconds(2);        ///< until an answer
@@ -82,17 +77,15 @@ std::string name_after_page() {
 }
 
 /// Why a connection that was taken leads to no program.
-std::string refusal_of(const std::string& place, beast::error_code error,
-                       const websocket::response_type& response) {
-    if (error == websocket::error::upgrade_declined && response.result() == beast::http::status::forbidden)
+std::string refusal_of(const std::string& place, const WebSocket::Refusal& refusal) {
+    if (refusal.status == 403)
         return "the program at " + place +
                " does not let this page in; give the whole address that it printed, with the token";
-    if (error == websocket::error::upgrade_declined)
-        return "what answers at " + place +
-               " refuses the connection: " + std::to_string(response.result_int()) + " " + response.body();
-    const bool is_http = error.category() == beast::error_code(beast::http::error::bad_version).category();
-    if (is_http && error != beast::http::error::end_of_stream && error != beast::http::error::partial_message)
-        return "what answers at " + place + " is no program of BlockFactory: " + error.message();
+    if (refusal.status > 0)
+        return "what answers at " + place + " refuses the connection: " + std::to_string(refusal.status) +
+               " " + refusal.body;
+    if (!refusal.is_http)
+        return "what answers at " + place + " is no program of BlockFactory: " + refusal.error;
     return "nothing answers behind " + place +
            ": the program may have ended while a tunnel still listens there";
 }
@@ -116,8 +109,8 @@ struct Live::Connection {
     // ---- the connection, in its thread ----
 
     void connect() {
-        beast::error_code error;
-        Protocol::socket connected(io);
+        WebSocket::Error error;
+        WebSocket::Socket connected(io);
         if (address.path.empty()) {
             tcp::socket socket(io);
             tcp::resolver resolver(io);
@@ -129,16 +122,11 @@ struct Live::Connection {
         } else {
             error = asio::error::name_too_long;
         }
-        socket = std::make_unique<Socket>(std::move(connected));
-        socket->read_message_max(most_bytes);
-        socket->set_option(websocket::stream_base::timeout{patience, websocket::stream_base::none(), false});
-        socket->set_option(websocket::stream_base::decorator([](websocket::request_type& request) {
-            request.set(beast::http::field::sec_websocket_protocol, "foxglove.websocket.v1");
-        }));
+        socket = std::make_shared<WebSocket>(std::move(connected));
         if (error) return lose("the program at " + address.place() + " is not there: " + error.message());
         const std::string host = address.path.empty() ? address.place() : "localhost";
-        socket->async_handshake(response, host, address.target, [this](auto failed) {
-            if (failed) return lose(refusal_of(address.place(), failed, response));
+        socket->connect(host, address.target, "foxglove.websocket.v1", patience, [this](const auto* refusal) {
+            if (refusal) return lose(refusal_of(address.place(), *refusal));
             queue.clear();
             is_writing = false;
             subscribed.clear();
@@ -211,12 +199,10 @@ struct Live::Connection {
     }
 
     void read() {
-        socket->async_read(buffer, [this](auto error, auto) {
+        socket->read(most_bytes, [this](auto error, const auto& message) {
             if (error) return lose("the connection to the program is lost: " + error.message());
-            const std::string message = beast::buffers_to_string(buffer.data());
-            buffer.clear();
             try {
-                socket->got_text() ? hear(message) : take(message);
+                message.is_text ? hear(message.bytes) : take(message.bytes);
             } catch (const std::exception&) { // it is none of the protocol
             }
             read();
@@ -224,20 +210,18 @@ struct Live::Connection {
     }
 
     void send(const Json& json) {
-        queue.push_back({false, json.dump(-1, ' ', false, Json::error_handler_t::replace)});
+        queue.push_back({json.dump(-1, ' ', false, Json::error_handler_t::replace)});
         write();
     }
     void write() {
         if (is_writing || queue.empty()) return;
         is_writing = true;
-        socket->binary(queue.front().is_binary);
-        socket->async_write(asio::buffer(queue.front().bytes), [this, of = socket.get()](auto error, auto) {
+        socket->write(std::move(queue.front()), [this, of = socket.get()](auto error) {
             if (of != socket.get()) return; // there is a new connection
             is_writing = false;
-            if (error || queue.empty()) return; // the read says why
-            queue.pop_front();
-            write();
+            if (!error) write(); // otherwise the read says why
         });
+        queue.pop_front();
     }
 
     void hear(const std::string& text) {
@@ -457,8 +441,7 @@ struct Live::Connection {
         const std::uint32_t number = ++last_call;
         calls[number] = std::move(done);
         // Before all that waits, behind what is being written.
-        queue.insert(std::next(queue.begin(), is_writing ? 1 : 0),
-                     {true, request(found->second, number, {{"who", name_of(page)}})});
+        queue.push_front({request(found->second, number, {{"who", name_of(page)}}), false});
         write();
     }
 
@@ -481,15 +464,16 @@ struct Live::Connection {
         Json origins = Json::object();
         for (const auto& [path, before] : edit.origins) origins[path] = before ? Json(*before) : Json();
         edit_calls[++last_call] = std::move(then);
-        queue.push_back({true, request(found->second, last_call,
-                                       {{"who", name_of(page)},
-                                        {"what", what},
-                                        {"after", edits},
-                                        {"model", edit.text},
-                                        {"files", edit.files},
-                                        {"origins", std::move(origins)},
-                                        {"is_by_hand", edit.is_by_hand},
-                                        {"accepts_loss", edit.accepts_loss}})});
+        queue.push_back({request(found->second, last_call,
+                                 {{"who", name_of(page)},
+                                  {"what", what},
+                                  {"after", edits},
+                                  {"model", edit.text},
+                                  {"files", edit.files},
+                                  {"origins", std::move(origins)},
+                                  {"is_by_hand", edit.is_by_hand},
+                                  {"accepts_loss", edit.accepts_loss}}),
+                         false});
         write();
     }
 
@@ -512,15 +496,8 @@ struct Live::Connection {
     const Listener listener;
     asio::io_context io;
     asio::steady_timer timer{io}, again{io};
-    using Socket = websocket::stream<Protocol::socket>;
-    std::unique_ptr<Socket> socket;
-    websocket::response_type response; ///< to the handshake
-    beast::flat_buffer buffer;
-    struct Message {
-        bool is_binary;
-        std::string bytes;
-    };
-    std::list<Message> queue; ///< its front is being written
+    std::shared_ptr<WebSocket> socket;
+    std::deque<WebSocket::Message> queue; ///< behind what is being written
     bool is_writing = false;
     std::map<std::uint32_t, std::pair<recording::ChannelInfo, int>>
         channels; ///< by number, with the index of the signal

@@ -1,21 +1,17 @@
 #include "bf/service/server.hpp"
 
 #include "bf/base/files.hpp"
-#include "bf/realtime/limited_read.hpp"
 #include "bf/realtime/token.hpp"
+#include "bf/realtime/web_socket.hpp"
 #include "bf/service/service.hpp"
 
 #include <algorithm>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
-#include <boost/beast/core.hpp>
-#include <boost/beast/http.hpp>
-#include <boost/beast/websocket.hpp>
 #include <chrono>
 #include <deque>
 #include <map>
-#include <optional>
 #include <stdexcept>
 #include <string_view>
 #include <vector>
@@ -27,9 +23,7 @@ namespace fs = std::filesystem;
 namespace {
 
 namespace asio = boost::asio;
-namespace beast = boost::beast;
-namespace http = beast::http;
-namespace websocket = beast::websocket;
+using realtime::HttpRequest, realtime::HttpResponse, realtime::WebSocket;
 using tcp = asio::ip::tcp;
 
 constexpr auto tick = std::chrono::milliseconds(200);
@@ -41,8 +35,6 @@ constexpr const char* policy =
     "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; img-src 'self' "
     "data: blob:; font-src 'self'; connect-src 'self'; worker-src 'self' blob:; base-uri 'none'; "
     "form-action 'none'; frame-ancestors 'none'";
-
-std::string_view view_of(beast::string_view text) { return {text.data(), text.size()}; }
 
 const char* media_type(const fs::path& file) {
     static const std::map<std::string, const char*> types = {{".html", "text/html; charset=utf-8"},
@@ -105,31 +97,27 @@ struct Server::State {
 };
 
 struct Server::State::Page : std::enable_shared_from_this<Page> {
-    Page(State& s, tcp::socket socket) : state(s), stream(std::move(socket)) {}
+    Page(State& s, tcp::socket connected)
+        : state(s), socket(std::make_shared<WebSocket>(std::move(connected))) {}
 
     void start() {
-        beast::get_lowest_layer(stream).expires_after(std::chrono::seconds(30));
-        parser.emplace();
-        parser->header_limit(16384);
-        parser->body_limit(0);
-        http::async_read(stream.next_layer(), buffer, *parser, [self = shared_from_this()](auto error, auto) {
-            error ? self->leave() : self->respond(self->parser->get());
-        });
+        socket->receive(std::chrono::seconds(30),
+                        [self = shared_from_this()](auto error, const auto& request) {
+                            error ? self->leave() : self->respond(request);
+                        });
     }
 
-    void respond(const http::request<http::string_body>& request) {
-        if (!state.is_here(view_of(request[http::field::host])))
-            return refuse(http::status::forbidden,
-                          "this address is not served; use the one that bf edit printed\n");
-        const std::string target(view_of(request.target()));
-        const std::string path = target.substr(0, target.find('?'));
-        const std::string_view token = token_in(target);
+    void respond(const HttpRequest& request) {
+        if (!state.is_here(request.host))
+            return refuse(403, "this address is not served; use the one that bf edit printed\n");
+        const std::string path = request.target.substr(0, request.target.find('?'));
+        const std::string_view token = token_in(request.target);
         if (path == "/socket") return shake_hands(request, token);
-        if (request.method() != http::verb::get && request.method() != http::verb::head)
-            return refuse(http::status::method_not_allowed, "this server answers GET\n");
+        if (request.method != "GET" && request.method != "HEAD")
+            return refuse(405, "this server answers GET\n");
         if (path.starts_with("/meshes/") || path.starts_with("/recordings/") || path.starts_with("/images/"))
             return send_data(path.substr(1), token);
-        send_file(path == "/" ? "/index.html" : path, request.method() == http::verb::head);
+        send_file(path == "/" ? "/index.html" : path, request.method == "GET");
     }
 
     static std::string_view token_in(std::string_view target) {
@@ -139,29 +127,24 @@ struct Server::State::Page : std::enable_shared_from_this<Page> {
     }
     bool knows(std::string_view token) {
         if (realtime::is_token(token, state.options.token)) return true;
-        refuse(http::status::forbidden, "open the address with the token, which bf edit printed\n");
+        refuse(403, "open the address with the token, which bf edit printed\n");
         return false;
     }
 
-    void shake_hands(const http::request<http::string_body>& request, std::string_view token) {
+    void shake_hands(const HttpRequest& request, std::string_view token) {
         if (!knows(token)) return;
         // A program may come without an origin; a browser always says which page it is.
-        const std::string_view origin = view_of(request[http::field::origin]);
+        const std::string_view origin = request.origin;
         constexpr std::string_view scheme = "http://";
         if (!origin.empty() && !(origin.starts_with(scheme) && state.is_here(origin.substr(scheme.size()))))
-            return refuse(http::status::forbidden, "pages of other addresses are not served\n");
-        if (!websocket::is_upgrade(request))
-            return refuse(http::status::upgrade_required, "this address takes a WebSocket\n");
+            return refuse(403, "pages of other addresses are not served\n");
+        if (!request.is_upgrade) return refuse(426, "this address takes a WebSocket\n");
         if (state.open_pages() >= state.options.most_pages)
-            return refuse(http::status::service_unavailable, "too many pages are open; close one\n");
-        beast::get_lowest_layer(stream).expires_never();
-        stream.set_option(websocket::stream_base::timeout::suggested(beast::role_type::server));
-        stream.read_message_max(0); // see read_limited
-        stream.async_accept(request, [self = shared_from_this()](auto error) {
+            return refuse(503, "too many pages are open; close one\n");
+        socket->accept("", [self = shared_from_this()](auto error) {
             if (error) return self->leave();
             self->is_open = true;
             self->number = ++self->state.last_page;
-            self->buffer.clear();
             self->read();
         });
     }
@@ -169,115 +152,92 @@ struct Server::State::Page : std::enable_shared_from_this<Page> {
     void send_data(const std::string& what, std::string_view token) {
         if (!knows(token)) return;
         auto data = state.service.data(what);
-        if (!data)
-            return refuse(http::status::not_found, "there is no such scene, recording or image any more\n");
-        auto response = std::make_shared<http::response<http::string_body>>(http::status::ok, 11);
-        response->set(http::field::content_type, "application/octet-stream");
-        response->body() = std::move(*data);
-        response->prepare_payload();
-        send(std::move(response));
+        if (!data) return refuse(404, "there is no such scene, recording or image any more\n");
+        send({.type = "application/octet-stream", .body = std::move(*data)});
     }
 
     /// Only files of the page, which hold no secret, so that they need no token.
-    void send_file(const std::string& path, bool is_head) {
+    void send_file(const std::string& path, bool has_body) {
         const fs::path file = state.options.page / fs::path(path.substr(1));
         std::error_code error;
         if (!is_inside(file, state.options.page) || !fs::is_regular_file(file, error))
-            return refuse(http::status::not_found, "there is no such file\n");
-        auto response = std::make_shared<http::response<http::string_body>>(http::status::ok, 11);
+            return refuse(404, "there is no such file\n");
         try {
-            response->body() = read_text_file(file);
+            send({.type = media_type(file), .body = read_text_file(file), .has_body = has_body});
         } catch (const FileError&) {
-            return refuse(http::status::not_found, "there is no such file\n");
+            refuse(404, "there is no such file\n");
         }
-        response->set(http::field::content_type, media_type(file));
-        response->content_length(response->body().size());
-        if (is_head) response->body().clear();
-        send(std::move(response));
     }
 
-    void refuse(http::status status, const char* text) {
-        auto response = std::make_shared<http::response<http::string_body>>(status, 11, text);
-        response->set(http::field::content_type, "text/plain; charset=utf-8");
-        response->prepare_payload();
-        send(std::move(response));
-    }
+    void refuse(int status, const char* text) { send({.status = status, .body = text}); }
 
     /// One answer for each connection: a page has few files.
-    void send(std::shared_ptr<http::response<http::string_body>> response) {
-        response->set("Content-Security-Policy", policy);
-        response->set("X-Content-Type-Options", "nosniff");
-        response->set("Referrer-Policy", "no-referrer");
-        response->set("Cross-Origin-Opener-Policy", "same-origin");
-        response->set("Cross-Origin-Resource-Policy", "same-origin");
-        response->set(http::field::cache_control, "no-cache");
-        response->keep_alive(false);
-        http::async_write(stream.next_layer(), *response,
-                          [self = shared_from_this(), response](auto, auto) { self->leave(); });
+    void send(HttpResponse response) {
+        response.fields = {{"Content-Security-Policy", policy},
+                           {"X-Content-Type-Options", "nosniff"},
+                           {"Referrer-Policy", "no-referrer"},
+                           {"Cross-Origin-Opener-Policy", "same-origin"},
+                           {"Cross-Origin-Resource-Policy", "same-origin"},
+                           {"Cache-Control", "no-cache"}};
+        socket->respond(std::move(response), [self = shared_from_this()] { self->leave(); });
     }
 
     void read() {
         if (!is_open) return;
-        realtime::read_limited(stream, buffer, longest_request, [self = shared_from_this()](auto error) {
-            if (error == websocket::error::message_too_big) return self->dismiss();
+        socket->read(longest_request, [self = shared_from_this()](auto error, const auto& request) {
+            if (WebSocket::is_too_long(error)) return self->dismiss();
             if (error) return self->leave();
-            const std::string request = beast::buffers_to_string(self->buffer.data());
-            self->buffer.clear();
             // Others wait in the meantime; what a page asks for takes milliseconds.
-            if (self->stream.got_text()) self->push(self->state.service.answer(self->number, request), false);
+            if (request.is_text) self->push({self->state.service.answer(self->number, request.bytes)});
             self->read();
         });
     }
 
     /// Samples are lost where a page does not read, and in the end the page is.
-    void push(std::string message, bool is_binary) {
+    void push(WebSocket::Message message) {
         if (!is_open) return;
-        if (waiting + message.size() > state.options.page_bytes) {
-            if (is_binary) return;
+        if (waiting + message.bytes.size() > state.options.page_bytes) {
+            if (!message.is_text) return;
             if (waiting > 4 * state.options.page_bytes) return leave();
         }
-        waiting += message.size();
-        queue.push_back({std::move(message), is_binary});
+        waiting += message.bytes.size();
+        queue.push_back(std::move(message));
         write();
     }
 
     void write() {
         if (is_writing || queue.empty() || !is_open) return;
         is_writing = true;
-        stream.binary(queue.front().second);
-        stream.async_write(asio::buffer(queue.front().first), [self = shared_from_this()](auto error, auto) {
+        const std::size_t bytes = queue.front().bytes.size();
+        socket->write(std::move(queue.front()), [self = shared_from_this(), bytes](auto error) {
             self->is_writing = false;
             if (error) return self->leave();
-            self->waiting -= self->queue.front().first.size();
-            self->queue.pop_front();
+            self->waiting -= bytes;
             self->write();
         });
+        queue.pop_front();
     }
 
     /// Who asks for too much gets nothing more but the reason.
     void dismiss() {
         if (std::exchange(is_open, false)) state.service.leave(number);
-        stream.async_close(realtime::too_long(longest_request),
-                           [self = shared_from_this()](auto) { self->leave(); });
+        socket->close(WebSocket::Close::too_big, WebSocket::too_long(longest_request),
+                      [self = shared_from_this()] { self->leave(); });
     }
 
     void leave() {
         if (std::exchange(has_left, true)) return;
         if (std::exchange(is_open, false)) state.service.leave(number);
-        beast::error_code ignored;
-        beast::get_lowest_layer(stream).socket().shutdown(tcp::socket::shutdown_send, ignored);
-        beast::get_lowest_layer(stream).socket().close(ignored);
+        socket->leave();
         std::erase(state.pages, shared_from_this());
     }
 
     State& state;
-    websocket::stream<beast::tcp_stream> stream;
-    beast::flat_buffer buffer;
-    std::optional<http::request_parser<http::string_body>> parser;
+    const std::shared_ptr<WebSocket> socket;
     int number = 0; ///< of one that is open
     bool is_open = false, is_writing = false, has_left = false;
-    std::deque<std::pair<std::string, bool>> queue; ///< not yet written; is it binary
-    std::size_t waiting = 0;                        ///< bytes in it
+    std::deque<WebSocket::Message> queue; ///< not yet written
+    std::size_t waiting = 0;              ///< bytes in it and in what is being written
 };
 
 std::size_t Server::State::open_pages() const {
@@ -288,7 +248,7 @@ std::size_t Server::State::open_pages() const {
 void Server::State::accept() {
     acceptor.async_accept([this](auto error, tcp::socket socket) {
         if (!error) {
-            beast::error_code ignored;
+            WebSocket::Error ignored;
             socket.set_option(tcp::no_delay(true), ignored);
             constexpr std::size_t most_strangers = 64; // browsers open several connections at once
             if (pages.size() - open_pages() >= most_strangers)
@@ -313,7 +273,7 @@ void Server::State::run_tick(const std::function<bool()>& go_on) {
 
 void Server::State::broadcast(const std::string& message, bool is_binary) {
     const auto everyone = pages; // who reads nothing may leave
-    for (const auto& page : everyone) page->push(message, is_binary);
+    for (const auto& page : everyone) page->push({message, !is_binary});
 }
 
 Server::Server(const ServerOptions& options) : state_(std::make_unique<State>(options)) {}

@@ -131,7 +131,7 @@ describe.skipIf(!is_there || !command || !source)("the page looks as it did:", (
   test("the palette", async () => {
     await open("docs/start/motor.yaml");
     await page.keyboard.press("Control+k");
-    await page.keyboard.type("integ");
+    await page.keyboard.type("integrat");
     await page.getByRole("option", { name: /^Integrator/ }).first().waitFor();
     await looks_like("palette");
   });

@@ -27,7 +27,7 @@ Table lower_flat(const std::vector<std::string>& states, const std::vector<doubl
         chart.root.states[static_cast<std::size_t>(rows[i]) - 1].transitions.push_back(std::move(t));
     }
     Table table = lower(chart);
-    table.numbers[kernels::chart::is_flat] = 1;
+    table.numbers[kernels::chart::chart_is_flat] = 1;
     table.states = states;
     return table;
 }

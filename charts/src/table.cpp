@@ -80,9 +80,9 @@ class Lowering : public Tree {
                 std::ranges::any_of(awaited, [&](const auto& wanted) { return matches(wanted, event); }))
                 add_event(event, called(s));
         }
-        if (events_.size() > k::most_events)
+        if (events_.size() > k::chart_most_events)
             refuse("the chart has " + std::to_string(events_.size()) + " events; " +
-                   std::to_string(k::most_events) + " are the most");
+                   std::to_string(k::chart_most_events) + " are the most");
         stop_if_wrong();
     }
     void add_event(const std::string& name, const std::string& where) {
@@ -123,6 +123,13 @@ class Lowering : public Tree {
     }
     int list(const std::vector<int>& items) { return list(std::vector<double>(items.begin(), items.end())); }
     int size() const { return static_cast<int>(numbers_.size()); }
+    /// Its place from 1 among the formulas, which stand at the end of the table.
+    int formula(const std::vector<double>& code) {
+        const int at = static_cast<int>(formulas_.size()) + 1;
+        formulas_.push_back(static_cast<double>(code.size()));
+        append(formulas_, code);
+        return at;
+    }
     int first_given() const { return static_cast<int>(chart_.variables.size() + chart_.parameters.size()); }
 
     /// What a name in a formula is: an input, or a cell of the step.
@@ -139,9 +146,9 @@ class Lowering : public Tree {
             const auto known = std::ranges::find(flags_, state);
             const int flag = static_cast<int>(known - flags_.begin());
             if (known == flags_.end()) flags_.push_back(state);
-            if (first_given() + k::given_cells + flag >= k::most_cells)
+            if (first_given() + k::chart_given_cells + flag >= k::chart_most_cells)
                 throw matlab::Error("formulas ask about too many states");
-            return matlab::Slot{first_given() + k::given_cells + flag, {}};
+            return matlab::Slot{first_given() + k::chart_given_cells + flag, {}};
         }
         const std::string head = name + "."; // of a state whose fields are states
         for (const auto& [path, s] : by_path_)
@@ -266,17 +273,15 @@ class Lowering : public Tree {
             }
             if (!part->condition.empty()) both(guard, program(part->condition, s, where + ", if"));
         }
-        return guard.empty() ? 0 : list(guard);
+        return guard.empty() ? 0 : formula(guard);
     }
 
     // ---- actions
 
     int actions_of(const std::vector<std::string>& texts, int s, const std::string& where) {
         std::vector<std::array<double, 3>> code;
-        const auto add = [&](k::Action what, double a, double b = 0) {
-            code.push_back({double(int(what)), a, b});
-        };
-        const auto formula = [&](const std::string& text) { return double(list(program(text, s, where))); };
+        const auto add = [&](int what, double a, double b = 0) { code.push_back({double(what), a, b}); };
+        const auto its = [&](const std::string& text) { return double(formula(program(text, s, where))); };
         for (const auto& text : texts) {
             struct Open {
                 std::size_t unless; ///< the jump over the present branch
@@ -291,13 +296,13 @@ class Lowering : public Tree {
                 using What = Statement::Kind;
                 switch (statement.kind) {
                 case What::assign:
-                    add(k::Action::assign, variable(statement.name, where), formula(statement.formula));
+                    add(k::chart_assign, variable(statement.name, where), its(statement.formula));
                     break;
-                case What::raise: add(k::Action::raise, events_.at(statement.name)); break;
+                case What::raise: add(k::chart_raise, events_.at(statement.name)); break;
                 case What::send: {
                     const auto delay = program(statement.formula, s, where);
                     check_time(delay, false, where + ": the delay of '" + statement.name + "'");
-                    add(k::Action::send, timer(statement.name), list(delay));
+                    add(k::chart_send, timer(statement.name), formula(delay));
                     break;
                 }
                 case What::cancel:
@@ -305,21 +310,21 @@ class Lowering : public Tree {
                         refuse(where + ": nothing sends the event '" + statement.name +
                                "' that is cancelled");
                     else
-                        add(k::Action::cancel, timer(statement.name));
+                        add(k::chart_cancel, timer(statement.name));
                     break;
                 case What::if_:
                     open.push_back({code.size(), {}});
-                    add(k::Action::jump_unless, 0, formula(statement.formula));
+                    add(k::chart_jump_unless, 0, its(statement.formula));
                     break;
                 case What::elseif:
                 case What::else_:
                     open.back().ends.push_back(code.size());
-                    add(k::Action::jump, 0);
+                    add(k::chart_jump, 0);
                     close_branch();
                     open.back().unless = std::string::npos;
                     if (statement.kind == What::elseif) {
                         open.back().unless = code.size();
-                        add(k::Action::jump_unless, 0, formula(statement.formula));
+                        add(k::chart_jump_unless, 0, its(statement.formula));
                     }
                     break;
                 case What::end:
@@ -349,8 +354,9 @@ class Lowering : public Tree {
     }
     int timer(const std::string& event) {
         const auto [found, is_new] = timers_.try_emplace(event, static_cast<int>(timers_.size()));
-        if (is_new && timers_.size() > k::most_timers)
-            refuse("the chart sends more than " + std::to_string(k::most_timers) + " events with a delay");
+        if (is_new && timers_.size() > k::chart_most_timers)
+            refuse("the chart sends more than " + std::to_string(k::chart_most_timers) +
+                   " events with a delay");
         return found->second;
     }
 
@@ -448,7 +454,7 @@ class Lowering : public Tree {
         reads_.resize(chart_.inputs.size() + static_cast<std::size_t>(inputs_));
         for (std::size_t e = chart_.inputs.size(); e < reads_.size(); ++e) reads_[e].whole = true;
         const int count = static_cast<int>(nodes_.size());
-        const int states_at = k::head_size, regions_at = states_at + count * k::state_columns;
+        const int states_at = k::chart_head_size, regions_at = states_at + count * k::chart_state_columns;
         std::vector<int> regions{0};
         for (int s = 1; s <= real_; ++s)
             if (kind(node(s).parent) == Kind::parallel) regions.push_back(s);
@@ -460,37 +466,40 @@ class Lowering : public Tree {
         for (int s = 0; s < count; ++s) {
             if (kind(s) == Kind::junction) continue;
             has_history = has_history || is_history(kind(s));
-            write_state(s, states_at + s * k::state_columns);
+            write_state(s, states_at + s * k::chart_state_columns);
         }
         const int transitions_at = size();
         for (const Row& row : rows)
             numbers_.insert(numbers_.end(), {double(row.source), double(row.domain), double(row.goals),
                                              double(row.triggers), double(row.guard), double(row.action)});
-        const int flags_at = list(flags_), initial_at = size();
-        for (const auto& variable : chart_.variables) numbers_.push_back(variable.second);
-        const int timers_at = size();
+        const int flags_at = list(flags_), timers_at = size();
         numbers_.resize(numbers_.size() + timers_.size());
         for (const auto& [event, number] : timers_)
             numbers_[static_cast<std::size_t>(timers_at + number)] = events_.at(event);
+        const int initial_at = size();
+        for (const auto& variable : chart_.variables) numbers_.push_back(variable.second);
+        const int formulas_at = size();
+        append(numbers_, formulas_);
         const int E = static_cast<int>(events_.size()), V = static_cast<int>(chart_.variables.size());
-        const int head[k::head_size] = {real_,
-                                        compounds_,
-                                        V,
-                                        static_cast<int>(chart_.parameters.size()),
-                                        E,
-                                        inputs_,
-                                        static_cast<int>(chart_.inputs.size()),
-                                        static_cast<int>(timers_.size()),
-                                        has_history,
-                                        chart_.is_completed,
-                                        0,
-                                        static_cast<int>(regions.size()),
-                                        states_at,
-                                        transitions_at,
-                                        regions_at,
-                                        flags_at,
-                                        initial_at,
-                                        timers_at};
+        const int head[k::chart_head_size] = {real_,
+                                              compounds_,
+                                              V,
+                                              static_cast<int>(chart_.parameters.size()),
+                                              E,
+                                              inputs_,
+                                              static_cast<int>(chart_.inputs.size()),
+                                              static_cast<int>(timers_.size()),
+                                              has_history,
+                                              chart_.is_completed,
+                                              0,
+                                              static_cast<int>(regions.size()),
+                                              states_at,
+                                              transitions_at,
+                                              regions_at,
+                                              flags_at,
+                                              timers_at,
+                                              initial_at,
+                                              formulas_at};
         std::ranges::copy(head, numbers_.begin());
         Table table;
         table.numbers = std::move(numbers_);
@@ -529,26 +538,26 @@ class Lowering : public Tree {
         const auto action = [&](const std::string& text, const char* which) {
             return actions_of({text}, s, where + ", " + which);
         };
-        double row[k::state_columns] = {};
+        double row[k::chart_state_columns] = {};
         const auto& siblings = node(s).parent < 0 ? node(s).children : node(node(s).parent).children;
         const auto self = std::ranges::find(siblings, s);
-        row[k::parent] = std::max(node(s).parent, 0);
-        row[k::kind] = double(int(kind(s) == Kind::parallel          ? k::Kind::parallel
-                                  : kind(s) == Kind::final           ? k::Kind::final
-                                  : kind(s) == Kind::shallow_history ? k::Kind::shallow_history
-                                  : kind(s) == Kind::deep_history    ? k::Kind::deep_history
-                                  : is_compound(s)                   ? k::Kind::compound
-                                                                     : k::Kind::atomic));
-        row[k::compound] = node(s).compound;
-        row[k::first_child] = node(s).children.empty() ? 0 : node(s).children[0];
-        row[k::next_sibling] =
+        row[k::chart_parent] = std::max(node(s).parent, 0);
+        row[k::chart_kind] = double(kind(s) == Kind::parallel          ? k::chart_parallel
+                                    : kind(s) == Kind::final           ? k::chart_final
+                                    : kind(s) == Kind::shallow_history ? k::chart_shallow_history
+                                    : kind(s) == Kind::deep_history    ? k::chart_deep_history
+                                    : is_compound(s)                   ? k::chart_compound
+                                                                       : k::chart_atomic);
+        row[k::chart_group] = node(s).compound;
+        row[k::chart_first_child] = node(s).children.empty() ? 0 : node(s).children[0];
+        row[k::chart_next_sibling] =
             s > 0 && self != siblings.end() && self + 1 != siblings.end() ? *(self + 1) : 0;
-        row[k::last_descendant] = node(s).last;
-        row[k::entry] = action(state.entry, "entry");
-        row[k::during] = action(state.during, "during");
-        row[k::leave] = action(state.exit, "exit");
-        row[k::first_transition] = node(s).transitions.empty() ? 0 : node(s).transitions[0];
-        row[k::transition_count] = static_cast<double>(node(s).transitions.size());
+        row[k::chart_last_descendant] = node(s).last;
+        row[k::chart_entry] = action(state.entry, "entry");
+        row[k::chart_during] = action(state.during, "during");
+        row[k::chart_exit] = action(state.exit, "exit");
+        row[k::chart_first_transition] = node(s).transitions.empty() ? 0 : node(s).transitions[0];
+        row[k::chart_transition_count] = static_cast<double>(node(s).transitions.size());
         if (is_compound(s) || is_history(kind(s))) {
             std::vector<int> goals =
                 find_all(state.initial, is_compound(s) ? s : node(s).parent, where + ", initial");
@@ -561,23 +570,23 @@ class Lowering : public Tree {
                 else if (!is_below(goal, around) || kind(goal) == Kind::junction)
                     refuse(where + ", initial: " + called(goal) + " is no state inside of " + called(around));
             check_goals(goals, where + ", initial");
-            row[k::targets] = list(goals);
-            row[k::begin_action] = action(state.begin, "begin");
+            row[k::chart_targets] = list(goals);
+            row[k::chart_begin_action] = action(state.begin, "begin");
         } else if (!state.initial.empty() || !state.begin.empty()) {
             refuse(where + " has an initial state or a `begin`, but no states of which one begins");
         }
         const auto done = events_.find("done.state." + state.name);
-        row[k::done_event] = done == events_.end() ? 0 : done->second;
-        std::copy(row, row + k::state_columns, numbers_.begin() + at);
+        row[k::chart_done_event] = done == events_.end() ? 0 : done->second;
+        std::copy(row, row + k::chart_state_columns, numbers_.begin() + at);
     }
 
-    static constexpr int cells_end = k::most_cells; ///< slots from here on are inputs
+    static constexpr int cells_end = k::chart_most_cells; ///< slots from here on are inputs
 
     int inputs_ = 0; ///< events that are
     std::map<std::string, int> events_, timers_;
     std::vector<int> flags_;
     std::vector<Reads> reads_;
-    std::vector<double> numbers_;
+    std::vector<double> numbers_, formulas_;
 };
 
 } // namespace

@@ -3,7 +3,7 @@
 #include "actions.hpp"
 
 #include "bf/base/names.hpp"
-#include "bf/kernels/chart_state.hpp"
+#include "bf/kernels/chart.hpp"
 
 #include <algorithm>
 #include <functional>
@@ -72,17 +72,17 @@ void Tree::number(const State& root) {
     for (int s = 0; s <= real_; ++s)
         if (is_compound(s)) node(s).compound = compounds++;
     compounds_ = compounds;
-    if (real_ > k::most_states)
-        refuse("the chart has " + std::to_string(real_) + " states; " + std::to_string(k::most_states) +
+    if (real_ > k::chart_most_states)
+        refuse("the chart has " + std::to_string(real_) + " states; " + std::to_string(k::chart_most_states) +
                " are the most");
-    if (compounds > k::most_compounds)
+    if (compounds > k::chart_most_compounds)
         refuse("the chart has " + std::to_string(compounds) + " states with states inside; " +
-               std::to_string(k::most_compounds) + " are the most");
+               std::to_string(k::chart_most_compounds) + " are the most");
     // Each of them may choose a transition in the same step.
-    if (const int at_once = innermost_at_once(0); at_once > k::most_chosen)
+    if (const int at_once = innermost_at_once(0); at_once > k::chart_most_chosen)
         refuse("the chart has " + std::to_string(at_once) +
-               " states without states inside that can be active at once; " + std::to_string(k::most_chosen) +
-               " are the most, join regions");
+               " states without states inside that can be active at once; " +
+               std::to_string(k::chart_most_chosen) + " are the most, join regions");
 }
 
 int Tree::innermost_at_once(int s) const {
@@ -125,9 +125,9 @@ void Tree::names() {
             refuse("the output '" + name + "' is no variable and no state; name it among the 'variables'");
     }
     const int cells = static_cast<int>(chart_.variables.size() + chart_.parameters.size());
-    if (cells > k::most_variables || chart_.variables.size() > k::most_variables)
+    if (cells > k::chart_most_variables || chart_.variables.size() > k::chart_most_variables)
         refuse("the chart has " + std::to_string(cells) + " variables and parameters; " +
-               std::to_string(k::most_variables) + " are the most");
+               std::to_string(k::chart_most_variables) + " are the most");
 }
 
 int Tree::named_state(const std::string& name, int from) const {

@@ -25,7 +25,7 @@ class Machine {
         memory.assign(static_cast<std::size_t>(table.memory), 0);
         state.assign(table.regions.size(), 0);
         time_in_state = entered = state;
-        values.assign(static_cast<std::size_t>(table.numbers[kernels::chart::variables]), 0);
+        values.assign(static_cast<std::size_t>(table.numbers[kernels::chart::chart_variables]), 0);
     }
 
     /// False: the chart does not come to rest.

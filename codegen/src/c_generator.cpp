@@ -100,7 +100,8 @@ std::string CGenerator::rule(int n, Phase phase, int index) {
     const Call& call = block(n).declaration().rules(phase)[static_cast<std::size_t>(index)];
     std::vector<Argument> arguments;
     for (const auto& from : call.operands) arguments.push_back(argument(n, from));
-    const auto made = c_rule(call.kernel, arguments, call.list_from, call.list_size, file_ + "_");
+    auto made = charts_.rule(call.kernel, arguments, call.list_from, call.list_size, file_ + "_");
+    if (!made) made = c_rule(call.kernel, arguments, call.list_from, call.list_size, file_ + "_");
     if (!made) {
         const std::string what = "\n  " + node(n).path + " (" + node(n).type + ")";
         if (std::find(refused_.begin(), refused_.end(), what) == refused_.end()) refused_.push_back(what);

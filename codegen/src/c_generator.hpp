@@ -1,6 +1,7 @@
 // A generation in plain C11: the same places and statements, printed for compilers without templates.
 #pragma once
 
+#include "c_chart.hpp"
 #include "c_language.hpp"
 #include "generator.hpp"
 
@@ -59,6 +60,7 @@ class CGenerator final : public Generator {
     std::string read_me() const;
 
     std::set<CFunction> functions_;
+    CCharts charts_;
     std::vector<std::string> refused_; ///< rules that are more than arithmetic
     int c_loop_depth_ = 0;
 };

@@ -212,7 +212,7 @@ bool has_hierarchy(std::string_view kernel, const std::vector<Argument>& argumen
     if (kernel == k::Chart::name) return true;
     if (kernel != k::StateMachine::name && kernel != k::ChartUpdate::name) return false;
     return std::none_of(arguments.begin(), arguments.end(), [](const Argument& a) {
-        return a.values.size() > k::chart::head_size && a.values[k::chart::is_flat] != 0;
+        return a.values.size() > k::chart::chart_head_size && a.values[k::chart::chart_is_flat] != 0;
     });
 }
 } // namespace

@@ -116,6 +116,30 @@ connections: {u: speed}
     EXPECT_EQ(line(std::stoi(row[2])), "    }");
 }
 
+TEST(GeneratedC, HasTheStepOfChartsOnceAndOfEachItsTableAndItsFormulasAsEquations) {
+    const std::string chart =
+        "{block: StateMachine, chart: {inputs: [u], variables: {n: 2}, states: {a: {states: {b: {exit: "
+        "n = n*u, transitions: [{to: c, if: u > 0.5}]}, c: {}}}}}}";
+    std::string other = chart;
+    other.replace(other.find("n*u"), 3, "n - u");
+    const std::string source =
+        in_c("model: m\nstep: 0.1\ninputs: [u]\nblocks:\n  one: " + chart + "\n  same: " + chart +
+             "\n  other: " + other + "\nconnections: {u: [one, same, other]}\n")
+            .at("m.c");
+    const auto count = [&](const std::string& text) {
+        int times = 0;
+        for (auto at = source.find(text); at != source.npos; at = source.find(text, at + 1)) ++times;
+        return times;
+    };
+    EXPECT_EQ(count("static bool m_chart_run("), 1) << source;
+    EXPECT_EQ(count("static const int32_t m_chart_1_table["), 1);
+    EXPECT_EQ(count("static const int32_t m_chart_2_table["), 1);
+    EXPECT_EQ(count("m_chart_3_table"), 0) << "equal charts have one table";
+    EXPECT_EQ(count("        y = cells[0] * inputs[0][0];\n"), 1) << source;
+    EXPECT_EQ(count("        y = cells[0] - inputs[0][0];\n"), 1) << source;
+    EXPECT_EQ(count("enum { m_chart_most_states = 3 };\n"), 1) << source;
+}
+
 TEST(GeneratedC, RefusesByNameWhatIsMoreThanArithmetic) {
     const std::string model =
         "model: m\nstep: 0.1\ninputs: {u: {shape: [20]}}\nblocks:\n  noise: {block: WhiteNoise}\n"
@@ -142,7 +166,7 @@ TEST(GeneratedC, IsWrittenForMostOfTheCases) {
 }
 
 /// The deviations that docs/how-to/generate_code.md lists, each with its reason.
-const std::set<std::string> deviations{"2.5", "8.7", "8.9", "12.1", "15.5"};
+const std::set<std::string> deviations{"2.4", "2.5", "5.7", "8.7", "8.9", "12.1", "15.5"};
 
 /// What calls functions that are more than arithmetic.
 const char* const library = R"m(model: library

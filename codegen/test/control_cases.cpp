@@ -361,6 +361,64 @@ connections: {u: [line, held, flat, nearest.u1, plane.u1, space.u1, first, four]
 )m");
 }
 
+/// Two charts of states in states, of inputs of different types; one runs to completion.
+model::Model charts() {
+    return read("charts", R"m(step: 0.1
+inputs: {force: {shape: [3]}, go: {type: int8}, stop: {type: boolean}}
+blocks:
+  walk:
+    block: StateMachine
+    p: [0.3, 2]
+    chart:
+      inputs: [force]
+      parameters: [T, most]
+      variables: {n: 1, steps: 0}
+      outputs: [n, walking]
+      states:
+        standing:
+          entry: n = -n; send late after T
+          transitions:
+            - {to: [walking.left.down, memory], if: "force(1) > 0 | time_in_state > 1", after: T/2}
+            - {to: stopped, on: late, if: steps > 40}
+        walking:
+          exit: "if steps > most, raise tired; elseif n < 0, cancel late; else, n = mod(n*3, 7); end"
+          regions:
+            left:
+              begin: n = n + 0.1
+              states:
+                up: {during: n = n + sin(force(2)), transitions: [{to: down, every: 0.3, do: steps = steps + 1}]}
+                down: {transitions: [{to: up, if: "force(3) > force(2) & ~body.high"}, {on: tired, do: steps = 0}]}
+            body:
+              states:
+                memory: {history: deep, to: low.a}
+                low:
+                  states:
+                    a: {transitions: [{to: b, if: left.up}]}
+                    b: {during: n = n*0.9, transitions: [{to: high, after: 0.2}]}
+                high: {transitions: [{to: done, if: n > 3}, {to: low, if: force(1) < -1}]}
+                done: {final: true}
+          transitions: [{to: standing, if: force(1) < -0.5, do: "n = min(n, 5)"}, {to: standing, on: done.state.body}]
+        stopped: {final: true}
+  lamp:
+    block: StateMachine
+    chart:
+      events: [go, stop]
+      variables: {k: 0}
+      run_to_completion: true
+      states:
+        off: {transitions: [{to: on, on: go, do: k = k + 1; raise blink}]}
+        on:
+          initial: shine
+          states:
+            last: {history: shallow, to: blinking}
+            shine: {transitions: [{to: blinking, on: blink, do: send dark after 0.25}]}
+            blinking: {entry: k = k + 0.5, transitions: [{to: shine, on: stop}]}
+          transitions: [{to: off, on: dark}, {to: last, on: go, if: k < 20}]
+  number: {block: Convert, type: int8}
+connections: {force: walk.force, go: lamp.go, stop: number, number: lamp.stop}
+)m");
+}
+
 } // namespace
 
 std::vector<Case> control_cases() {
@@ -381,6 +439,7 @@ std::vector<Case> control_cases() {
     add(endless(), 20);
     add(infinite(), 40);
     add(tables(), 60);
+    add(charts(), 400);
     return cases;
 }
 

@@ -22,7 +22,7 @@ struct NamedOutput {
 };
 
 struct Table {
-    std::vector<double> numbers;      ///< see kernels::chart::Head
+    std::vector<double> numbers;      ///< see kernels/chart_table.h
     std::vector<std::string> states;  ///< names, by number from 1: short where that is unambiguous
     std::vector<std::string> regions; ///< the first is the chart itself, `main`
     std::vector<std::string> ports;   ///< inputs, then events

@@ -47,6 +47,9 @@ pkg_check_modules(libdeflate REQUIRED IMPORTED_TARGET libdeflate)
 pkg_check_modules(zlib REQUIRED IMPORTED_TARGET zlib)
 pkg_check_modules(zstd REQUIRED IMPORTED_TARGET libzstd)
 pkg_check_modules(lz4 REQUIRED IMPORTED_TARGET liblz4)
+if(NOT CMAKE_CROSSCOMPILING AND NOT BF_WHEEL)
+    find_package(BZip2 QUIET) # for chunks of bags of ROS 1 that are compressed with it
+endif()
 find_path(protozero protozero/pbf_reader.hpp REQUIRED)
 find_package(Boost CONFIG REQUIRED) # headers
 

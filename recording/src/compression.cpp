@@ -1,5 +1,8 @@
 #include "compression.hpp"
 
+#ifdef BF_BZIP2
+#include <bzlib.h>
+#endif
 #include <lz4frame.h>
 #include <memory>
 #include <zstd.h>
@@ -29,19 +32,38 @@ bool decompress_lz4(Bytes from, std::vector<std::byte>& to) {
     return expected == 0 && from.empty() && written == to.size();
 }
 
+#ifdef BF_BZIP2
+bool decompress_bz2(Bytes from, std::vector<std::byte>& to) {
+    auto size = static_cast<unsigned>(to.size());
+    auto* const source = const_cast<char*>(reinterpret_cast<const char*>(from.data())); // it is only read
+    return BZ2_bzBuffToBuffDecompress(reinterpret_cast<char*>(to.data()), &size, source,
+                                      static_cast<unsigned>(from.size()), 0, 0) == BZ_OK &&
+           size == to.size();
+}
+#else
+constexpr bool (*decompress_bz2)(Bytes, std::vector<std::byte>&) = nullptr;
+#endif
+
+/// Null: it is not known here.
+auto decompressor(const std::string& method) -> bool (*)(Bytes, std::vector<std::byte>&) {
+    if (method == "zstd") return decompress_zstd;
+    if (method == "lz4") return decompress_lz4;
+    return method == "bz2" ? decompress_bz2 : nullptr;
+}
+
 } // namespace
 
 std::vector<std::byte> decompressed(const std::string& method, Bytes bytes, std::uint64_t size) {
     constexpr std::uint64_t most = std::uint64_t{1} << 28; // programs write chunks of some MiB
-    const bool is_zstd = method == "zstd";
-    if (!is_zstd && method != "lz4")
-        throw Malformed("a chunk is compressed with '" + method +
-                        "', not with 'zstd' or 'lz4', and is left out");
+    const auto decompress = decompressor(method);
+    if (decompress == nullptr)
+        throw Malformed("a chunk is compressed with '" + method + "', not with 'zstd'" +
+                        (decompressor("bz2") ? ", 'bz2'" : "") + " or 'lz4', and is left out");
     if (size > most)
         throw Malformed("a chunk says it has " + std::to_string(size) + " bytes, of which " +
                         std::to_string(most) + " are read at most, and is left out");
     std::vector<std::byte> whole(size);
-    if (!(is_zstd ? decompress_zstd(bytes, whole) : decompress_lz4(bytes, whole)))
+    if (!decompress(bytes, whole))
         throw Malformed("a chunk that is compressed with '" + method + "' is damaged and is left out");
     return whole;
 }

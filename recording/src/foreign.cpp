@@ -57,58 +57,6 @@ class JsonDecoder final : public Decoder {
 
 // ---- ROS ----
 
-enum class Ros { one, two };
-
-enum class Primitive {
-    boolean,
-    uint8,
-    int8,
-    uint16,
-    int16,
-    uint32,
-    int32,
-    uint64,
-    int64,
-    float32,
-    float64,
-    text
-};
-
-constexpr std::size_t sizes[] = {1, 1, 1, 2, 2, 4, 4, 8, 8, 4, 8, 1}; ///< in the order of Primitive
-
-std::optional<Primitive> primitive_of(std::string_view name, Ros ros) {
-    if (ros == Ros::one && name == "byte") return Primitive::int8;
-    static constexpr std::pair<std::string_view, Primitive> all[] = {
-        {"bool", Primitive::boolean},    {"byte", Primitive::uint8},    {"char", Primitive::uint8},
-        {"uint8", Primitive::uint8},     {"int8", Primitive::int8},     {"uint16", Primitive::uint16},
-        {"int16", Primitive::int16},     {"uint32", Primitive::uint32}, {"int32", Primitive::int32},
-        {"uint64", Primitive::uint64},   {"int64", Primitive::int64},   {"float32", Primitive::float32},
-        {"float64", Primitive::float64}, {"string", Primitive::text}};
-    for (const auto& [known, primitive] : all)
-        if (name == known) return primitive;
-    return {};
-}
-
-struct Field {
-    std::string name;
-    std::optional<Primitive> primitive;
-    int type = -1; ///< of a message, its number
-    enum class Kind { one, fixed, sequence } kind = Kind::one;
-    std::size_t count = 1; ///< of a fixed array
-};
-
-struct Type {
-    std::string name; ///< "geometry_msgs/Twist"
-    std::vector<Field> fields;
-};
-
-/// "geometry_msgs/msg/Twist" as "geometry_msgs/Twist".
-std::string short_name(std::string_view name) {
-    std::string text(name);
-    if (const auto at = text.find("/msg/"); at != text.npos) text.erase(at, 4);
-    return text;
-}
-
 /// Reads a message by its types.
 class RosReader {
   public:
@@ -121,20 +69,20 @@ class RosReader {
         at_ = 4;
     }
 
-    double number(Primitive primitive) {
+    double number(RosPrimitive primitive) {
         switch (primitive) {
-        case Primitive::boolean: return get<std::uint8_t>() != 0;
-        case Primitive::uint8: return get<std::uint8_t>();
-        case Primitive::int8: return get<std::int8_t>();
-        case Primitive::uint16: return get<std::uint16_t>();
-        case Primitive::int16: return get<std::int16_t>();
-        case Primitive::uint32: return get<std::uint32_t>();
-        case Primitive::int32: return get<std::int32_t>();
-        case Primitive::uint64: return static_cast<double>(get<std::uint64_t>());
-        case Primitive::int64: return static_cast<double>(get<std::int64_t>());
-        case Primitive::float32: return get<float>();
-        case Primitive::float64: return get<double>();
-        case Primitive::text: skip(get<std::uint32_t>()); return 0;
+        case RosPrimitive::boolean: return get<std::uint8_t>() != 0;
+        case RosPrimitive::uint8: return get<std::uint8_t>();
+        case RosPrimitive::int8: return get<std::int8_t>();
+        case RosPrimitive::uint16: return get<std::uint16_t>();
+        case RosPrimitive::int16: return get<std::int16_t>();
+        case RosPrimitive::uint32: return get<std::uint32_t>();
+        case RosPrimitive::int32: return get<std::int32_t>();
+        case RosPrimitive::uint64: return static_cast<double>(get<std::uint64_t>());
+        case RosPrimitive::int64: return static_cast<double>(get<std::int64_t>());
+        case RosPrimitive::float32: return get<float>();
+        case RosPrimitive::float64: return get<double>();
+        case RosPrimitive::text: skip(get<std::uint32_t>()); return 0;
         }
         return 0;
     }
@@ -176,41 +124,8 @@ class RosReader {
 
 class RosDecoder final : public Decoder {
   public:
-    RosDecoder(std::string_view name, std::string_view schema, Ros ros) : ros_(ros) {
-        // Definitions of other types follow, each behind a line of '=' and one with its name.
-        types_.push_back({short_name(name), {}});
-        const auto add_time = [&](const char* type, Primitive sec, const char* nanoseconds, Primitive nsec) {
-            types_.push_back(
-                {type,
-                 {{"sec", sec, -1, Field::Kind::one, 1}, {nanoseconds, nsec, -1, Field::Kind::one, 1}}});
-        };
-        if (ros == Ros::two) {
-            add_time("builtin_interfaces/Time", Primitive::int32, "nanosec", Primitive::uint32);
-            add_time("builtin_interfaces/Duration", Primitive::int32, "nanosec", Primitive::uint32);
-        } else {
-            add_time("time", Primitive::uint32, "nsec", Primitive::uint32);
-            add_time("duration", Primitive::int32, "nsec", Primitive::int32);
-        }
-        std::vector<std::pair<std::size_t, std::vector<std::string>>> texts{{0, {}}};
-        std::istringstream lines{std::string(schema)};
-        for (std::string line; std::getline(lines, line);) {
-            if (!line.empty() && line.back() == '\r') line.pop_back();
-            if (line.starts_with("MSG: ")) {
-                const std::string other = short_name(std::string_view(line).substr(5));
-                const auto known = std::ranges::find(types_, other, &Type::name);
-                const auto index = static_cast<std::size_t>(known - types_.begin());
-                if (known == types_.end()) types_.push_back({other, {}});
-                types_[index].fields.clear();
-                texts.push_back({index, {}});
-            } else if (!line.starts_with("====")) {
-                texts.back().second.push_back(line);
-            }
-        }
-        for (const auto& [type, definition] : texts)
-            for (const auto& line : definition) add_field(type, line);
-        std::vector<bool> is_known(types_.size());
-        for (std::size_t i = 0; i < types_.size(); ++i) require_end(i, 0, is_known);
-    }
+    RosDecoder(std::string_view name, std::string_view schema, Ros ros)
+        : ros_(ros), types_(read_ros_definition(name, schema, ros)) {}
 
     void decode(Bytes message, const Visit& visit) const override {
         RosReader reader(message, ros_);
@@ -218,84 +133,29 @@ class RosDecoder final : public Decoder {
     }
 
   private:
-    void add_field(std::size_t type, std::string line) {
-        const auto hash = line.find('#');
-        if (hash != line.npos) line.resize(hash);
-        std::istringstream words(line);
-        std::string kind, name;
-        if (!(words >> kind >> name)) {
-            if (!kind.empty())
-                throw Malformed("the schema has the line '" + kind + "', which declares nothing");
-            return;
-        }
-        std::string rest;
-        std::getline(words, rest);
-        const auto first = rest.find_first_not_of(" \t");
-        // A constant takes no place: "int32 X=3", "int32 X = 3"; a default does not begin with '='.
-        if (name.find('=') != name.npos || (first != rest.npos && rest[first] == '=')) return;
-        Field field{name, {}, -1, Field::Kind::one, 1};
-        std::string base = kind;
-        if (kind.ends_with(']')) {
-            const auto open = kind.rfind('[');
-            if (open == kind.npos) throw Malformed("the schema has no type '" + kind + "'");
-            base = kind.substr(0, open);
-            const std::string inside = kind.substr(open + 1, kind.size() - open - 2);
-            field.kind =
-                inside.empty() || inside.starts_with("<=") ? Field::Kind::sequence : Field::Kind::fixed;
-            if (field.kind == Field::Kind::fixed) {
-                const auto count = number_of<std::size_t>(inside);
-                if (!count || *count > most_elements)
-                    throw Malformed("the schema has no array '" + kind + "'");
-                field.count = *count;
-            }
-        }
-        if (const auto bound = base.find("<="); bound != base.npos) base.resize(bound); // string<=10
-        field.primitive = primitive_of(base, ros_);
-        if (!field.primitive) field.type = find_type(types_[type].name, base);
-        types_[type].fields.push_back(std::move(field));
-    }
-
-    int find_type(const std::string& from, const std::string& name) const {
-        const std::string package = from.substr(0, from.find('/'));
-        const std::string whole = name.find('/') == name.npos ? package + "/" + name : short_name(name);
-        for (const std::string& known : {whole, (ros_ == Ros::two ? "builtin_interfaces/" : "") + name,
-                                         name == "Header" ? "std_msgs/Header" : whole})
-            if (const auto found = std::ranges::find(types_, known, &Type::name); found != types_.end())
-                return static_cast<int>(found - types_.begin());
-        throw Malformed("the schema does not say what '" + name + "' is");
-    }
-
-    /// Types that hold themselves have no end. Each is looked at once.
-    void require_end(std::size_t type, int depth, std::vector<bool>& is_known) const {
-        if (depth > deepest) throw Malformed("the types of the schema are nested too deeply");
-        for (const Field& field : types_[type].fields)
-            if (field.type >= 0 && !is_known[static_cast<std::size_t>(field.type)])
-                require_end(static_cast<std::size_t>(field.type), depth + 1, is_known);
-        is_known[type] = true;
-    }
-
     void read(RosReader& reader, std::size_t type, const std::string& path, const Visit& visit) const {
         reader.enter();
-        for (const Field& field : types_[type].fields) {
+        for (const RosField& field : types_[type].fields) {
             const std::string name = joined(path, field.name);
-            const std::size_t bytes = field.primitive ? sizes[static_cast<std::size_t>(*field.primitive)] : 1;
-            const std::size_t count = field.kind == Field::Kind::sequence ? reader.count(bytes) : field.count;
+            const std::size_t bytes = field.primitive ? bytes_of(*field.primitive) : 1;
+            const std::size_t count =
+                field.kind == RosField::Kind::sequence ? reader.count(bytes) : field.count;
             if (!field.primitive) {
                 static const Visit nothing = [](const std::string&, std::span<const double>) {};
                 for (std::size_t i = 0; i < count; ++i)
                     read(reader, static_cast<std::size_t>(field.type),
-                         field.kind == Field::Kind::one ? name : name + "[" + std::to_string(i + 1) + "]",
+                         field.kind == RosField::Kind::one ? name : name + "[" + std::to_string(i + 1) + "]",
                          i < most_parts ? visit : nothing);
                 continue;
             }
             std::vector<double> values;
             for (std::size_t i = 0; i < count; ++i) values.push_back(reader.number(*field.primitive));
-            if (*field.primitive != Primitive::text && !values.empty()) visit(name, values);
+            if (*field.primitive != RosPrimitive::text && !values.empty()) visit(name, values);
         }
     }
 
     const Ros ros_;
-    std::vector<Type> types_; ///< the message's own first
+    const std::vector<RosType> types_; ///< the message's own first
 };
 
 } // namespace

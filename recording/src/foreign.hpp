@@ -1,5 +1,6 @@
 #pragma once
 
+#include "bf/recording/ros_definition.hpp"
 #include "format.hpp"
 
 #include <functional>
@@ -9,9 +10,8 @@
 
 namespace bf::recording {
 
-constexpr int deepest = 20;                    ///< of messages in messages
-constexpr std::size_t most_elements = 1 << 20; ///< of an array
-constexpr std::size_t most_parts = 64;         ///< of an array of messages
+constexpr int deepest = 20;            ///< of messages in messages
+constexpr std::size_t most_parts = 64; ///< of an array of messages
 
 /// A number of a message by its path, "twist.linear.x", or several: those of an array.
 using Visit = std::function<void(const std::string& path, std::span<const double> values)>;

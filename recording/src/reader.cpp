@@ -3,6 +3,7 @@
 #include "bf/base/elements.hpp"
 #include "bf/base/numbers.hpp"
 #include "bf/base/open_file.hpp"
+#include "bf/recording/bag.hpp"
 #include "bf/recording/message.hpp"
 #include "compression.hpp"
 #include "foreign.hpp"
@@ -55,9 +56,14 @@ class Parser {
     }
 
     Recording parse() {
+        if (const auto first = stream_.peek(); first == bag_magic.front()) {
+            parse_bag();
+            return finished();
+        }
         if (!read(std::min<std::uint64_t>(left_, magic.size())) || !is_magic())
-            throw std::runtime_error("'" + name_ +
-                                     "' is no recording: it does not start with the MCAP signature");
+            throw std::runtime_error(
+                "'" + name_ +
+                "' is no recording: it does not start with the MCAP signature or that of a bag");
         bool ended = false;
         while (!ended) {
             if (!read(record_header_bytes)) {
@@ -85,6 +91,11 @@ class Parser {
         if (ended && (!read(left_) || !is_magic())) report("the file does not end with the MCAP signature");
         if (ended && defects_.empty() && message_count_ != counted_)
             report("the file does not hold as many messages as it counts");
+        return finished();
+    }
+
+  private:
+    Recording finished() {
         begin_at_zero();
         give_every_name_its_channel();
         recording_.complete = defects_.empty();
@@ -95,7 +106,6 @@ class Parser {
         return std::move(recording_);
     }
 
-  private:
     struct Schema {
         std::string name, encoding, text;
     };
@@ -104,6 +114,23 @@ class Parser {
         std::unique_ptr<Decoder> decoder;            // null: nobody understands it
         std::map<std::string, std::size_t> channels; // of the recording, by paths in messages
     };
+
+    void parse_bag() {
+        std::map<std::pair<std::string, std::string>, Foreign> topics; // several may write to one
+        std::map<std::uint32_t, Foreign*> writers;
+        const BagVisit visit{.connection =
+                                 [&](std::uint32_t number, const BagConnection& its) {
+                                     const auto [known, is_new] = topics.try_emplace({its.topic, its.md5});
+                                     if (is_new)
+                                         known->second = foreign_of(its.topic, "ros1", "ros1msg", its.type,
+                                                                    its.definition);
+                                     writers[number] = &known->second;
+                                 },
+                             .message = [&](std::uint32_t number, std::int64_t time,
+                                            Bytes bytes) { foreign_message(*writers[number], time, bytes); },
+                             .defect = [&](std::string defect) { report(std::move(defect)); }};
+        read_bag(stream_, name_, visit, options_);
+    }
 
     bool read(std::uint64_t count) {
         require_wanted();
@@ -226,16 +253,28 @@ class Parser {
                          const std::string& encoding) {
         if (foreign_.contains(id)) return;
         const Schema& schema = schemas_[schema_id];
-        Foreign& foreign = foreign_[id];
-        foreign.name = signal_of(topic);
+        foreign_[id] = foreign_of(topic, encoding, schema.encoding, schema.name, schema.text);
+    }
+    Foreign foreign_of(const std::string& topic, const std::string& encoding,
+                       const std::string& schema_encoding, const std::string& schema_name,
+                       const std::string& schema) {
+        Foreign foreign{signal_of(topic), nullptr, {}};
         try {
-            foreign.decoder = make_decoder(encoding, schema.encoding, schema.name, schema.text);
+            foreign.decoder = make_decoder(encoding, schema_encoding, schema_name, schema);
         } catch (const Malformed& error) {
             report("the channel '" + topic + "' is left out: " + error.what());
         }
+        return foreign;
     }
 
     void foreign_message(Foreign& foreign, std::int64_t time, Bytes content) {
+        try {
+            decode(foreign, time, content);
+        } catch (const Malformed& error) {
+            report("a message of '" + foreign.name + "' is left out: it " + error.what());
+        }
+    }
+    void decode(Foreign& foreign, std::int64_t time, Bytes content) {
         if (!foreign.decoder) return;
         constexpr std::size_t most_bytes = 8 << 20; // a picture; what is longer has no signals
         if (content.size() > most_bytes) throw Malformed("has more than 8 MiB");
@@ -370,11 +409,8 @@ class Parser {
         const auto time = cursor.get<std::int64_t>();
         cursor.get<std::uint64_t>(); // publish time: of ours the same
         ++counted_;
-        if (const auto other = foreign_.find(id); other != foreign_.end()) try {
-                return foreign_message(other->second, time, cursor.rest());
-            } catch (const Malformed& error) {
-                return report("a message of '" + other->second.name + "' is left out: it " + error.what());
-            }
+        if (const auto other = foreign_.find(id); other != foreign_.end())
+            return foreign_message(other->second, time, cursor.rest());
         cursor.take(message_prefix_bytes);
         const auto position = positions_.find(id);
         if (position == positions_.end()) return report("a message belongs to no channel");

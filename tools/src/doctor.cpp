@@ -93,6 +93,7 @@ nlohmann::ordered_json examine_middlewares(const std::vector<std::string>& plugi
     add("UDP", "Udp", "build BlockFactory with BF_ROBOTS=ON", "");
     add("YARP", "Yarp", "run scripts/deps-yarp in the folder of the sources, some minutes, and build again",
         "");
+    add("ROS 1", "Ros1", "run scripts/deps-ros1 in the folder of the sources, a minute, and build again", "");
     add("ROS 2", "Ros2", "run scripts/deps-ros2 in the folder of the sources, half a minute, and build again",
         "");
     return list;

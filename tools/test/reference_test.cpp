@@ -11,7 +11,7 @@ TEST_F(Reference, PagesEqualWhatTheCommandPrints) {
     ASSERT_EQ(update.code, 0) << update.err;
     for (const std::string page :
          {"standard.md", "whole_body_toolbox.md", "whole_body_cameras.md", "shared_memory.md", "udp.md",
-          "yarp.md", "ros2.md", "fmi.md", "command.md"}) {
+          "yarp.md", "ros1.md", "ros2.md", "fmi.md", "command.md"}) {
         if (!exists(page)) continue; // of a plugin that is not built here
         std::ostringstream committed;
         committed << std::ifstream(BF_SOURCE_DIRECTORY "/docs/reference/" + page).rdbuf();

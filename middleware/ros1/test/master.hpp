@@ -1,0 +1,83 @@
+// A master of ROS 1 for the tests, and programs that are not ours.
+#pragma once
+
+#include "program.hpp"
+
+#include <arpa/inet.h>
+#include <gtest/gtest.h>
+#include <memory>
+#include <netinet/in.h>
+#include <string>
+#include <sys/socket.h>
+#include <vector>
+
+namespace bf::ros1::test {
+
+using middleware::test::Folder, middleware::test::Program;
+
+/// A socket of this computer; bound to a port where there is one, otherwise connected to it.
+struct Socket {
+    ~Socket() { close(number); }
+    sockaddr_in address(int port) const {
+        sockaddr_in its{};
+        its.sin_family = AF_INET;
+        its.sin_port = htons(static_cast<std::uint16_t>(port));
+        its.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+        return its;
+    }
+    const int number = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+};
+
+inline int free_port() {
+    const Socket any;
+    auto address = any.address(0);
+    socklen_t size = sizeof address;
+    if (bind(any.number, reinterpret_cast<sockaddr*>(&address), size) != 0) return 0;
+    getsockname(any.number, reinterpret_cast<sockaddr*>(&address), &size);
+    return ntohs(address.sin_port);
+}
+
+inline bool answers(int port) {
+    const Socket caller;
+    const auto address = caller.address(port);
+    return connect(caller.number, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
+}
+
+/// test/peer.py. Its verbs are said there.
+class Peer : public Program {
+  public:
+    explicit Peer(std::vector<std::string> words) : Program(with_python(std::move(words))) {}
+    static bool is_there() { return access("/usr/lib/python3/dist-packages/rosbag", R_OK) == 0; }
+
+  private:
+    static std::vector<std::string> with_python(std::vector<std::string> words) {
+        words.insert(words.begin(),
+                     {"/usr/bin/python3", BF_SOURCE_DIRECTORY "/middleware/ros1/test/peer.py"});
+        return words;
+    }
+};
+
+/// What tests derive from that need a master, of which there is one for all: roscpp asks once where it is.
+class WithMaster : public ::testing::Test {
+  protected:
+    void SetUp() override {
+        if (!Peer::is_there() || access("/usr/bin/rosmaster", X_OK) != 0)
+            GTEST_SKIP() << "there is no rosmaster";
+        static const std::unique_ptr<Program> master = start();
+        ASSERT_TRUE(master) << "rosmaster does not start";
+    }
+
+  private:
+    static std::unique_ptr<Program> start() {
+        const int port = free_port();
+        setenv("ROS_MASTER_URI", ("http://127.0.0.1:" + std::to_string(port)).c_str(), 1);
+        setenv("ROS_IP", "127.0.0.1", 1);
+        auto master = std::make_unique<Program>(std::vector<std::string>{
+            "/usr/bin/python3", "/usr/bin/rosmaster", "--core", "-p", std::to_string(port)});
+        for (int tries = 0; tries < 3000; ++tries, usleep(10'000))
+            if (answers(port)) return master;
+        return nullptr;
+    }
+};
+
+} // namespace bf::ros1::test

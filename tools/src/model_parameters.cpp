@@ -27,9 +27,9 @@ std::string with_unit(const std::string& doc, const std::string& unit) {
 
 class Served final : public ModelParameters, public middleware::ParameterSource {
   public:
-    Served(const std::string& name_space, const LoadedModel& loaded, Simulation& simulation,
+    Served(const WayToServe& way, const std::string& where, const LoadedModel& loaded, Simulation& simulation,
            Recorder* recorder)
-        : simulation_(simulation), recorder_(recorder) {
+        : simulation_(simulation), recorder_(recorder), changed_by_(way.parameters_by) {
         const Diagram& diagram = loaded.diagram;
         for (auto& its : Tuning(diagram).variables()) {
             ServedParameter& added = all_.emplace_back();
@@ -39,22 +39,19 @@ class Served final : public ModelParameters, public middleware::ParameterSource 
             added.values = its.values;
             note(its.limits, added);
         }
-        auto quantity = tuned_.begin(); // of the same slots
-        for (const auto& node : diagram.nodes)
-            for (const auto& slot : node.block->declaration().slots) {
-                if (slot.role != Role::parameter) continue;
-                ServedParameter& added = all_.emplace_back();
-                added.name = quantity->path;
-                added.doc = with_unit(quantity->info.doc, quantity->info.unit);
-                added.kind = kind_of(quantity->type);
-                added.values = quantity++->values();
-                note(slot.limits, added);
-            }
+        for (const auto& quantity : tuned_) {
+            ServedParameter& added = all_.emplace_back();
+            added.name = quantity.path;
+            added.doc = with_unit(quantity.info.doc, quantity.info.unit);
+            added.kind = kind_of(quantity.type);
+            added.values = quantity.values();
+            note(diagram.slot(diagram.find_parameter(quantity.path)).limits, added);
+        }
         for (auto& its : all_) its.is_scalar = its.values.size() == 1;
         auto* serve = reinterpret_cast<middleware::ServedParameters* (*)(middleware::ParameterSource&,
                                                                          const std::string&)>(
-            function_of("Ros2", middleware::parameters_symbol, "--ros2", *loaded.registry));
-        served_.reset(serve(*this, name_space));
+            function_of(way.plugin, middleware::parameters_symbol, way.option.name, *loaded.registry));
+        served_.reset(serve(*this, where));
     }
 
     ~Served() override {
@@ -130,7 +127,7 @@ class Served final : public ModelParameters, public middleware::ParameterSource 
         if (!result->status) return true;
         if (recorder_)
             for (const auto& [path, values] : parameters_)
-                recorder_->parameter_changed(result->step, path, values, "ROS 2");
+                recorder_->parameter_changed(result->step, path, values, changed_by_);
         simulation_.accept(asked);
         return true;
     }
@@ -138,6 +135,7 @@ class Served final : public ModelParameters, public middleware::ParameterSource 
     Simulation& simulation_;
     std::mutex simulation_in_use_; ///< but for its steps, which wait for nobody
     Recorder* const recorder_;
+    const char* const changed_by_;
     const std::vector<Quantity> tuned_ = simulation_.parameters();
     std::vector<ServedParameter> all_; ///< variables, then parameters of blocks
     realtime::ParameterMailbox mailbox_;
@@ -148,10 +146,11 @@ class Served final : public ModelParameters, public middleware::ParameterSource 
 
 } // namespace
 
-std::unique_ptr<ModelParameters> serve_parameters(const std::string& name_space, const LoadedModel& loaded,
-                                                  Simulation& simulation, Recorder* recorder) {
+std::unique_ptr<ModelParameters> serve_parameters(const std::string& option, const std::string& where,
+                                                  const LoadedModel& loaded, Simulation& simulation,
+                                                  Recorder* recorder) {
     try {
-        return std::make_unique<Served>(name_space, loaded, simulation, recorder);
+        return std::make_unique<Served>(way_to_serve(option), where, loaded, simulation, recorder);
     } catch (const std::runtime_error& error) {
         throw CommandError(error.what());
     }

@@ -24,10 +24,12 @@ class ModelParameters {
     virtual void alone(const std::function<void()>& what) = 0;
 };
 
-/// As those of the node `name_space`/model of ROS 2, variables and parameters of blocks. What is changed is
-/// recorded, too; without a recorder, null, it is not. Throws CommandError.
-std::unique_ptr<ModelParameters> serve_parameters(const std::string& name_space, const LoadedModel& loaded,
-                                                  Simulation& simulation, Recorder* recorder);
+/// Variables and parameters of blocks in the way that this option of `bf serve` chooses, as "--ros2", with
+/// its value: where. What is changed is recorded, too; without a recorder, null, it is not. Throws
+/// CommandError.
+std::unique_ptr<ModelParameters> serve_parameters(const std::string& option, const std::string& where,
+                                                  const LoadedModel& loaded, Simulation& simulation,
+                                                  Recorder* recorder);
 
 /// What is wrong with a namespace of ROS 2, which says itself what its parts may be; empty: nothing.
 inline std::string wrong_namespace(const std::string& name) {

@@ -282,7 +282,8 @@ void execute(const RunOptions& options) {
     }
     std::unique_ptr<ModelParameters> parameters;
     if (!options.ros2.empty())
-        parameters = serve_parameters(options.ros2, loaded, simulation, recorder ? &*recorder : nullptr);
+        parameters =
+            serve_parameters("--ros2", options.ros2, loaded, simulation, recorder ? &*recorder : nullptr);
     const auto before_step = [&] {
         if (inputs) inputs->write();
         if (parameters) parameters->apply();

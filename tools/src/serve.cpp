@@ -126,9 +126,9 @@ void execute(const ServeOptions& options) {
         if (!options.realtime.is_asked) simulation.add_observer(*recorder);
     }
     std::unique_ptr<ModelParameters> parameters;
-    if (options.way->has_parameters)
-        parameters = serve_parameters(options.of_way.at(options.way->option.name + 2).back(), loaded,
-                                      simulation, recorder ? &*recorder : nullptr);
+    if (const std::string option = options.way->option.name; options.way->parameters_by)
+        parameters = serve_parameters(option, options.of_way.at(option.substr(2)).back(), loaded, simulation,
+                                      recorder ? &*recorder : nullptr);
     const auto goes_on = [&] { return robots.goes_on() && !(recorder && recorder->failed()); };
     RunResult result;
     if (options.realtime.is_asked) {

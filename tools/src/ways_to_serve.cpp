@@ -84,9 +84,13 @@ const std::vector<WayToServe>& ways_to_serve() {
          .plugin = "Ros2",
          .make = nullptr,
          .has_reset = true,
-         .has_parameters = true},
+         .parameters_by = "ROS 2"},
     };
     return ways;
+}
+
+const WayToServe& way_to_serve(const std::string& option) {
+    return *std::ranges::find(ways_to_serve(), option, [](const WayToServe& way) { return way.option.name; });
 }
 
 void* function_of(const char* plugin, const char* function, const std::string& option, Registry& registry) {

@@ -24,11 +24,15 @@ struct WayToServe {
     const char* alone;
     const char* plugin; ///< that serves it; null: `make` does
     std::unique_ptr<middleware::ServedRobot> (*make)(const middleware::ServeRequest& request);
-    bool has_reset = false;      ///< others may ask for the model as it began
-    bool has_parameters = false; ///< the plugin shows the model's parameters, too, where `option` says
+    bool has_reset = false; ///< others may ask for the model as it began
+    /// The plugin shows the model's parameters, too, where `option` says: whom recordings name when one is
+    /// changed. Null: it does not.
+    const char* parameters_by = nullptr;
 };
 
 const std::vector<WayToServe>& ways_to_serve();
+/// That one is there.
+const WayToServe& way_to_serve(const std::string& option);
 
 /// A function of that name in a plugin, which `option` needs. Throws std::runtime_error: there is none.
 void* function_of(const char* plugin, const char* function, const std::string& option, Registry& registry);

@@ -16,8 +16,8 @@ std::vector<std::filesystem::path> world_files_of(const Diagram&) { return {}; }
 
 service::MakeSceneries scenery_maker() { return {}; }
 
-std::unique_ptr<ModelParameters> serve_parameters(const std::string&, const LoadedModel&, Simulation&,
-                                                  Recorder*) {
+std::unique_ptr<ModelParameters> serve_parameters(const std::string&, const std::string&, const LoadedModel&,
+                                                  Simulation&, Recorder*) {
     throw CommandError(
         "bf was built without robots and their middlewares; build it with BF_ROBOTS=ON to show "
         "parameters to ROS 2");

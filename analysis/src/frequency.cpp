@@ -1,5 +1,6 @@
 #include "bf/run/run.hpp"
 #include "reduced.hpp"
+#include "root.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -96,51 +97,6 @@ std::vector<Point> trace(const Reduced& L, const std::vector<Complex>& closed_po
     return curve;
 }
 
-/// Where f changes its sign between a and b, by the Illinois method.
-/// Source: Dowell and Jarratt, BIT 11 (1971).
-template <class F> double crossing(F&& f, double a, double b) {
-    double at_a = f(a), at_b = f(b), last = a;
-    for (int i = 0, side = 0; i < 100; ++i) {
-        double w = b - at_b * (b - a) / (at_b - at_a);
-        if (!(w > a && w < b)) w = 0.5 * (a + b);
-        const double at = f(w);
-        if (at == 0 || std::abs(w - last) <= 1e-15 * w) return w;
-        last = w;
-        if ((at > 0) == (at_b > 0)) {
-            b = w;
-            at_b = at;
-            if (side == -1) at_a *= 0.5;
-            side = -1;
-        } else {
-            a = w;
-            at_a = at;
-            if (side == 1) at_b *= 0.5;
-            side = 1;
-        }
-    }
-    return last;
-}
-
-/// Where f is least between a and b, by golden sections.
-template <class F> double least(F&& f, double a, double b) {
-    constexpr double ratio = 0.6180339887498949;
-    double left = b - ratio * (b - a), right = a + ratio * (b - a), at_left = f(left), at_right = f(right);
-    for (int i = 0; i < 30; ++i) {
-        if (at_left < at_right) {
-            b = right;
-            right = left;
-            at_right = at_left;
-            at_left = f(left = b - ratio * (b - a));
-        } else {
-            a = left;
-            left = right;
-            at_left = at_right;
-            at_right = f(right = a + ratio * (b - a));
-        }
-    }
-    return at_left < at_right ? left : right;
-}
-
 /// Calls see(i, ω) at those local minima of f(L), near the point i, that may lie below the level: by
 /// reference, as `see` may lower it to what it saw, so that fewer are worth a look.
 template <class F, class See>
@@ -148,7 +104,7 @@ void minima(const Reduced& L, const std::vector<Point>& curve, F&& f, const doub
     for (std::size_t i = 1; i + 1 < curve.size(); ++i) {
         const double before = f(curve[i - 1].value), now = f(curve[i].value), after = f(curve[i + 1].value);
         if (now <= before && now <= after && now - level < before + after - 2 * now)
-            see(i, least([&](double w) { return f(L(w)); }, curve[i - 1].omega, curve[i + 1].omega));
+            see(i, find_least([&](double w) { return f(L(w)); }, curve[i - 1].omega, curve[i + 1].omega));
     }
 }
 
@@ -158,14 +114,14 @@ void crossings(const Reduced& L, const std::vector<Point>& curve, F&& f, See&& s
     const auto at = [&](double w) { return f(L(w)); };
     for (std::size_t i = 1; i < curve.size(); ++i)
         if ((f(curve[i - 1].value) > 0) != (f(curve[i].value) > 0))
-            see(crossing(at, curve[i - 1].omega, curve[i].omega));
+            see(find_root(at, curve[i - 1].omega, curve[i].omega));
     for (const double sign : {1.0, -1.0})
         minima(
             L, curve, [&](const Complex& value) { return sign * f(value); }, 0,
             [&](std::size_t i, double w) {
                 if (!(sign * f(curve[i].value) > 0 && sign * at(w) < 0)) return;
-                see(crossing(at, curve[i - 1].omega, w));
-                see(crossing(at, w, curve[i + 1].omega));
+                see(find_root(at, curve[i - 1].omega, w));
+                see(find_root(at, w, curve[i + 1].omega));
             });
 }
 
@@ -279,8 +235,9 @@ Margins margins(const LinearSystem& loop, int output, int input) {
         if (k > 1 && k < found.gain) {
             found.gain = k;
             found.phase_crossover = w;
-        } else if (k < 1) {
-            found.gain_reduction = std::max(found.gain_reduction, k);
+        } else if (k < 1 && k > found.gain_reduction) {
+            found.gain_reduction = k;
+            found.reduction_crossover = w;
         }
     };
     for (const double w : places.phase) see_real(w, L(w).real());
@@ -310,7 +267,7 @@ Margins margins(const LinearSystem& loop, int output, int input) {
     for (std::size_t i = 1; i < curve.size() && limit > 1e-9 && std::isfinite(limit); ++i)
         if (above(curve[i - 1].value) > 0 && above(curve[i].value) <= 0) {
             found.bandwidth =
-                crossing([&](double w) { return above(L(w)); }, curve[i - 1].omega, curve[i].omega);
+                find_root([&](double w) { return above(L(w)); }, curve[i - 1].omega, curve[i].omega);
             break;
         }
     return found;

@@ -126,7 +126,6 @@ RootLocus root_locus(const LinearSystem& loop, int output, int input, std::vecto
 namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr double band = 0.02; // of settling
 
 /// Time and value from rest, until then.
 StepResponse respond(const LinearSystem& one, const std::vector<Complex>& poles, double duration) {
@@ -165,26 +164,6 @@ StepResponse respond(const LinearSystem& one, const std::vector<Complex>& poles,
     return found;
 }
 
-/// Of a final value, or of the largest value where that is 0.
-double scale(const StepResponse& r) {
-    double largest = 0;
-    for (const double y : r.value) largest = std::max(largest, std::abs(y));
-    return std::abs(r.final) > 1e-9 * largest ? std::abs(r.final) : largest;
-}
-
-double settling_time(const StepResponse& r, bool is_continuous) {
-    const double width = band * scale(r);
-    for (std::size_t i = r.value.size(); i-- > 0;) {
-        const double outside = std::abs(r.value[i] - r.final) - width;
-        if (outside <= 0) continue;
-        if (!(outside > 0) || i + 1 == r.value.size()) return nan;
-        const double share =
-            is_continuous ? outside / (outside + width - std::abs(r.value[i + 1] - r.final)) : 1;
-        return r.time[i] + std::min(share, 1.0) * (r.time[i + 1] - r.time[i]);
-    }
-    return 0;
-}
-
 } // namespace
 
 StepResponse step_response(const LinearSystem& system, int output, int input, double duration) {
@@ -202,31 +181,9 @@ StepResponse step_response(const LinearSystem& system, int output, int input, do
     for (int times = 8; times <= 64; times *= 2) {
         found = respond(one, all, duration > 0 ? duration : times * slowest);
         found.final = final;
-        found.settling_time = settling_time(found, one.period == 0);
+        static_cast<StepMeasures&>(found) = measure_step(found.time, found.value, final, one.period > 0);
         if (duration > 0 || std::isnan(final) || !std::isnan(found.settling_time)) break;
     }
-    const double sign = final < 0 ? -1 : 1;
-    std::size_t top = 0, bottom = 0;
-    for (std::size_t i = 0; i < found.value.size(); ++i) {
-        if (sign * found.value[i] > sign * found.value[top]) top = i;
-        if (sign * found.value[i] < sign * found.value[bottom]) bottom = i;
-    }
-    found.peak = found.value[top];
-    found.peak_time = found.time[top];
-    const bool is_relative = std::abs(final) == scale(found);
-    found.overshoot = is_relative ? std::max(0.0, 100 * (found.peak - final) / final) : nan;
-    found.undershoot = is_relative ? std::max(0.0, -100 * found.value[bottom] / final) : nan;
-    found.undershoot_time = found.time[bottom];
-    const auto reaches = [&](double share) {
-        for (std::size_t i = 0; i < found.value.size(); ++i)
-            if (is_relative && found.value[i] / final >= share) {
-                if (i == 0 || one.period > 0) return found.time[i];
-                const double a = found.value[i - 1] / final, b = found.value[i] / final;
-                return found.time[i - 1] + (share - a) / (b - a) * (found.time[i] - found.time[i - 1]);
-            }
-        return nan;
-    };
-    found.rise_time = reaches(0.9) - reaches(0.1);
     return found;
 }
 

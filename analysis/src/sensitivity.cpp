@@ -1,10 +1,11 @@
 #include "bf/analysis/sensitivity.hpp"
 
+#include "adjustable.hpp"
 #include "bf/analysis/gradient.hpp"
 #include "bf/core/registry.hpp"
-#include "bf/elaborate/tuning.hpp"
 #include "bf/engine/simulation.hpp"
 #include "named.hpp"
+#include "short_text.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -25,16 +26,17 @@ namespace {
 
 using Check = Sensitivities::Check;
 
-/// A parameter or variable with its elements.
+/// An element of a parameter or variable.
 struct Number {
-    ParameterValue given;
-    bool is_variable;
+    const Adjustable* whole;
+    std::size_t element;
+    double value() const { return whole->given.values[element]; }
 };
 
 class Sensitivity {
   public:
     Sensitivity(const Diagram& diagram, const SensitivityOptions& options)
-        : d_(diagram), options_(options), run_(diagram), tuning_(diagram) {
+        : d_(diagram), options_(options), run_(diagram), adjustables_((run_.start(), run_)) {
         find_checks();
         find_numbers();
         const double duration = options.duration > 0 ? options.duration : d_.stop;
@@ -47,14 +49,16 @@ class Sensitivity {
 
     Sensitivities operator()() {
         Sensitivities found;
-        std::vector<double> at;
-        for (const auto& number : numbers_)
-            for (std::size_t e = 0; e < number.given.values.size(); ++e) {
-                found.names.push_back(name(number, e));
-                at.push_back(number.given.values[e]);
-            }
-        const auto count = static_cast<Eigen::Index>(at.size());
-        found.at = Eigen::Map<const Vector>(at.data(), count);
+        const auto count = static_cast<Eigen::Index>(numbers_.size());
+        for (auto* all : {&found.at, &found.least, &found.most}) all->resize(count);
+        for (Eigen::Index i = 0; i < count; ++i) {
+            const auto& number = numbers_[static_cast<std::size_t>(i)];
+            const auto& limits = number.whole->limits;
+            found.names.push_back(adjustables_.name(*number.whole, number.element));
+            found.at[i] = number.value();
+            found.least[i] = std::max(limits.minimum, limits.above);
+            found.most[i] = limits.maximum;
+        }
         const auto values = run({});
         for (std::size_t c = 0; c < checks_.size(); ++c) {
             Check check = limits_of(checks_[c]);
@@ -124,49 +128,25 @@ class Sensitivity {
         return node >= 0 && d_.nodes[static_cast<std::size_t>(node)].type == "Check";
     }
 
-    void find_numbers() {
-        run_.start();
-        std::vector<ParameterValue> parameters;
-        for (const auto& one : run_.parameters())
-            if (one.type == Type::float64) parameters.push_back({one.path, one.values()});
-        const auto variables = tuning_.variables();
-        if (options_.by.empty()) {
-            for (const auto& variable : variables)
-                if (variable.fixed.empty() && !variable.values.empty())
-                    numbers_.push_back({{variable.path, variable.values}, true});
-            if (numbers_.empty())
-                for (const auto& one : parameters)
-                    if (!is_check(one.path)) numbers_.push_back({one, false});
-            if (numbers_.empty())
-                throw RunError(
-                    "the model has no variables and no parameters of doubles that a run can change");
-            return;
-        }
-        std::vector<std::string> known;
-        for (const auto& one : parameters) known.push_back(one.path);
-        for (const auto& one : variables) known.push_back(one.path);
-        for (const auto& asked : options_.by) {
-            const auto parameter = std::find_if(parameters.begin(), parameters.end(),
-                                                [&](const auto& one) { return one.path == asked; });
-            const auto variable = std::find_if(variables.begin(), variables.end(),
-                                               [&](const auto& one) { return one.path == asked; });
-            if (parameter != parameters.end())
-                numbers_.push_back({*parameter, false});
-            else if (variable == variables.end())
-                throw RunError("the model has no parameter or variable of doubles '" + asked + "'" +
-                               did_you_mean(asked, known));
-            else if (!variable->fixed.empty())
-                throw RunError("'" + asked + "' is fixed: " + variable->fixed);
-            else
-                numbers_.push_back({{variable->path, variable->values}, true});
-        }
+    void add(const Adjustable& whole) {
+        for (std::size_t e = 0; e < whole.given.values.size(); ++e) numbers_.push_back({&whole, e});
     }
-    std::string name(const Number& number, std::size_t element) const {
-        const auto& [path, values] = number.given;
-        if (values.size() == 1) return path;
-        if (!number.is_variable)
-            return path + d_.element_text(d_.find_parameter(path), static_cast<int>(element));
-        return path + "[" + std::to_string(element + 1) + "]";
+    void find_numbers() {
+        for (const auto& asked : options_.by) {
+            const auto [whole, elements] = adjustables_.named(asked);
+            if (!whole)
+                throw RunError("the model has no parameter or variable of doubles '" + asked + "'" +
+                               adjustables_.nearest(asked));
+            for (const auto e : elements) numbers_.push_back({whole, e});
+        }
+        if (!options_.by.empty()) return;
+        for (const auto& one : adjustables_.all())
+            if (one.is_variable && one.fixed.empty()) add(one);
+        if (!numbers_.empty()) return;
+        for (const auto& one : adjustables_.all())
+            if (!one.is_variable && !is_check(one.given.path)) add(one);
+        if (numbers_.empty())
+            throw RunError("the model has no variables and no parameters of doubles that a run can change");
     }
 
     Check limits_of(const std::string& path) const {
@@ -182,31 +162,25 @@ class Sensitivity {
     static double step_of(double value, double relative) {
         return relative * (value != 0 ? std::abs(value) : 1);
     }
-    /// The parameters that follow when element `e` of a number changes by so much.
-    std::vector<ParameterValue> followers(const Number& number, std::size_t e, double change) const {
-        auto given = number.given;
-        given.values[e] += change;
-        try {
-            return run_.follow({given});
-        } catch (const RunError&) {
-            throw;
-        } catch (const std::runtime_error& error) {
-            throw RunError(error.what());
-        }
+    /// The parameters that follow when a number changes by so much.
+    std::vector<ParameterValue> followers(const Number& number, double change) const {
+        auto given = number.whole->given;
+        given.values[number.element] += change;
+        return adjustables_.follow({given});
     }
     struct Side {
         double change = 0;
         std::vector<ParameterValue> parameters;
     };
     /// What follows from changes by -h and h, and from none on the side that a limit of the number forbids.
-    std::pair<Side, Side> sides(const Number& number, std::size_t e, double h) const {
+    std::pair<Side, Side> sides(const Number& number, double h) const {
         std::string why;
         const auto side = [&](double change) {
             try {
-                return Side{change, followers(number, e, change)};
+                return Side{change, followers(number, change)};
             } catch (const RunError& error) {
                 why = error.what();
-                return Side{0, followers(number, e, 0)};
+                return Side{0, followers(number, 0)};
             }
         };
         auto below = side(-h), above = side(h);
@@ -216,28 +190,27 @@ class Sensitivity {
     /// Of each number, how all parameters follow from it.
     void find_followers() {
         constexpr double relative = 1e-6; // of expressions, which are cheap and smooth
-        for (const auto& number : numbers_)
-            for (std::size_t e = 0; e < number.given.values.size(); ++e) {
-                auto& slopes = followers_.emplace_back();
-                const double h = number.is_variable ? step_of(number.given.values[e], relative) : 1;
-                if (!number.is_variable) {
-                    auto& own = slopes[number.given.path];
-                    own = Vector::Zero(static_cast<Eigen::Index>(number.given.values.size()));
-                    own[static_cast<Eigen::Index>(e)] = 1;
-                    continue;
-                }
-                const auto [below, above] = sides(number, e, h);
-                const auto &up = above.parameters, &down = below.parameters;
-                for (std::size_t k = 0; k < up.size(); ++k) {
-                    auto& slope = slopes[up[k].path];
-                    slope = Vector::Zero(static_cast<Eigen::Index>(up[k].values.size()));
-                    for (std::size_t i = 0; i < up[k].values.size(); ++i) {
-                        const double change = up[k].values[i] - down[k].values[i];
-                        slope[static_cast<Eigen::Index>(i)] =
-                            change == 0 ? 0 : change / (above.change - below.change);
-                    }
+        for (const auto& number : numbers_) {
+            auto& slopes = followers_.emplace_back();
+            const auto& whole = number.whole->given;
+            if (!number.whole->is_variable) {
+                auto& own = slopes[whole.path];
+                own = Vector::Zero(static_cast<Eigen::Index>(whole.values.size()));
+                own[static_cast<Eigen::Index>(number.element)] = 1;
+                continue;
+            }
+            const auto [below, above] = sides(number, step_of(number.value(), relative));
+            const auto &up = above.parameters, &down = below.parameters;
+            for (std::size_t k = 0; k < up.size(); ++k) {
+                auto& slope = slopes[up[k].path];
+                slope = Vector::Zero(static_cast<Eigen::Index>(up[k].values.size()));
+                for (std::size_t i = 0; i < up[k].values.size(); ++i) {
+                    const double change = up[k].values[i] - down[k].values[i];
+                    slope[static_cast<Eigen::Index>(i)] =
+                        change == 0 ? 0 : change / (above.change - below.change);
                 }
             }
+        }
     }
     /// Of a scalar parameter by each number.
     Vector slopes_of_parameter(const std::string& path, Eigen::Index count) const {
@@ -298,15 +271,17 @@ class Sensitivity {
         for (std::int64_t k = 0; k < steps_; ++k) {
             if (options_.go_on && k % 1000 == 0 && !options_.go_on())
                 throw RunError("the runs were interrupted");
-            if (!run_.step()) throw RunError(run_.failure());
+            if (!run_.step())
+                throw RunError("the run ends at " + short_text(run_.time()) + " s: " + run_.failure() +
+                               "; with a shorter duration checks are those of what was until then");
         }
         std::vector<double> values;
         const auto all = values_of_checks();
         for (const auto& path : checks_) {
             const auto found =
                 std::find_if(all.begin(), all.end(), [&](const auto& one) { return one.first == path; });
-            const auto read = [&](const Node::End& end) {
-                return read_value(run_.context().data(end.node, end.slot), d_.slot(end).type, 0);
+            const auto read = [&](const Node::End& of) {
+                return read_value(run_.context().data(of.node, of.slot), d_.slot(of).type, 0);
             };
             if (read(find_state(d_, path + ".count")) == 0)
                 throw RunError(
@@ -320,22 +295,20 @@ class Sensitivity {
     /// Of each check by each number.
     Matrix differences(Eigen::Index count) {
         Matrix all(static_cast<Eigen::Index>(checks_.size()), count);
-        Eigen::Index i = 0;
-        for (const auto& number : numbers_)
-            for (std::size_t e = 0; e < number.given.values.size(); ++e, ++i) {
-                const double h = step_of(number.given.values[e], options_.step);
-                const auto [below, above] = sides(number, e, h);
-                const auto up = run(above.parameters), down = run(below.parameters);
-                for (std::size_t c = 0; c < checks_.size(); ++c)
-                    all(static_cast<Eigen::Index>(c), i) = (up[c] - down[c]) / (above.change - below.change);
-            }
+        for (Eigen::Index i = 0; i < count; ++i) {
+            const auto& number = numbers_[static_cast<std::size_t>(i)];
+            const auto [below, above] = sides(number, step_of(number.value(), options_.step));
+            const auto up = run(above.parameters), down = run(below.parameters);
+            for (std::size_t c = 0; c < checks_.size(); ++c)
+                all(static_cast<Eigen::Index>(c), i) = (up[c] - down[c]) / (above.change - below.change);
+        }
         return all;
     }
 
     const Diagram& d_;
     const SensitivityOptions& options_;
     Simulation run_;
-    const Tuning tuning_;
+    const Adjustables adjustables_;
     std::vector<std::string> checks_; ///< paths
     std::vector<Number> numbers_;
     std::vector<std::map<std::string, Vector>> followers_; ///< by number, slopes of parameters

@@ -94,6 +94,8 @@ LinearSystem rational(std::vector<double> numerator, const std::vector<double>& 
 TEST(Response, CrossoversFarBeyondPolesAndZerosCount) {
     // 30 (s + 1)²/s³ is 1 where 30 (ω² + 1) = ω³, with a phase of 2 atan ω - 270 degrees.
     const auto m = margins(third_order(30, 60, 30, 0, 0, 0));
+    EXPECT_NEAR(m.reduction_crossover, 1, 1e-9); // the phase passes -180 degrees at 1 rad/s
+    EXPECT_NEAR(m.gain_reduction, 1.0 / 60, 1e-9);
     const double w = m.gain_crossover;
     EXPECT_NEAR(30 * (w * w + 1) / (w * w * w), 1, 1e-9);
     EXPECT_NEAR(m.phase, 2 * std::atan(w) * 180 / std::numbers::pi - 90, 1e-7);
@@ -106,6 +108,7 @@ TEST(Response, CrossoversFarBeyondPolesAndZerosCount) {
 TEST(Response, AGainMarginMayLieAtZeroFrequency) {
     const auto unstable = margins(first_order(2, -1)); // stable from a gain of 1/2 on
     EXPECT_NEAR(unstable.gain_reduction, 0.5, 1e-12);
+    EXPECT_EQ(unstable.reduction_crossover, 0);
     EXPECT_TRUE(unstable.is_stable);
     const auto positive = margins(first_order(-0.5, 1));
     EXPECT_NEAR(positive.gain, 2, 1e-12);

@@ -123,6 +123,37 @@ connections: {one: [gain, sum.u1], gain: sum.u2, sum: end}
     EXPECT_NEAR(check.change_to_limit(1), 0.25, 1e-9);
 }
 
+TEST(Sensitivity, TakesElementsByTheNamesThatItGives) {
+    const std::string text = R"m(
+model: vector
+step: 0.1
+stop: 1
+variables: {K: "[3, 4]", M: "[1 2; 3 4]", L: {value: 2, minimum: 1.9}}
+blocks:
+  one: {block: Constant, value: "[1; 2]"}
+  gain: {block: Gain, K: "K'"}
+  matrix: {block: Gain, K: L*M, multiplication: "K*u"}
+  sum: {block: Dot}
+  end: {block: Check, kind: final, at_least: 2}
+connections: {one: gain, gain: [sum.u1, matrix], matrix: sum.u2, sum: end}
+)m";
+    const auto all = sensitivities_of(text);
+    ASSERT_EQ(all.names,
+              (std::vector<std::string>{"K[1]", "K[2]", "M[1][1]", "M[2][1]", "M[1][2]", "M[2][2]", "L"}));
+    for (std::size_t i = 0; i < all.names.size(); ++i) {
+        const auto one = sensitivities_of(text, {.by = {all.names[i]}});
+        ASSERT_EQ(one.names, (std::vector<std::string>{all.names[i]}));
+        EXPECT_EQ(one.checks[0].slopes[0], all.checks[0].slopes[static_cast<Eigen::Index>(i)]);
+        EXPECT_NE(one.checks[0].slopes[0], 0);
+    }
+    EXPECT_EQ(all.least[6], 1.9);
+    EXPECT_NEAR(sensitivities_of(text, {.by = {"gain.K[2]"}}).checks[0].slopes[0], all.checks[0].slopes[1],
+                1e-6);
+    EXPECT_EQ(refused_sensitivity(text, {.by = {"M[3][1]"}}),
+              "'M' has no element [3][1]; it has 4, from M[1][1] to M[2][2]");
+    EXPECT_EQ(sensitivities_of(text, {.by = {"M[3]"}}).names[0], "M[1][2]"); // column by column
+}
+
 TEST(Sensitivity, RefusesByName) {
     const auto expect = [](const std::string& refusal, const std::string& part) {
         EXPECT_NE(refusal.find(part), std::string::npos) << refusal;

@@ -1,9 +1,10 @@
 // bf frequency-response: the frequency response of a model, measured in simulation.
 #include "bf/analysis/measured_response.hpp"
 
+#include "bf/analysis/loop_gain.hpp"
 #include "bf/base/escape.hpp"
 #include "bf/base/numbers.hpp"
-#include "bf/recording/plot.hpp"
+#include "figure.hpp"
 #include "files.hpp"
 #include "linearize.hpp"
 #include "terminal.hpp"
@@ -41,7 +42,10 @@ std::vector<double> frequencies_of(const Arguments& arguments) {
     if (!low || !high || !(*low > 0) || !(*high >= *low) || !std::isfinite(*high))
         throw CommandError("--frequencies " + arguments.range +
                            " is neither LOW:HIGH nor one number, in rad/s and above 0");
-    return analysis::logarithmic(*low, *high, *high > *low ? arguments.points : 1);
+    std::vector<double> all{*low};
+    for (int i = 1; i<arguments.points&& * high> * low; ++i)
+        all.push_back(*low * std::pow(*high / *low, static_cast<double>(i) / (arguments.points - 1)));
+    return all;
 }
 
 void print(const MeasuredResponse& found, double tolerance) {
@@ -102,10 +106,9 @@ std::optional<analysis::Response> linearised(Simulation& run, const Arguments& a
                                              const std::vector<double>& measured) {
     const auto& asked = arguments.measure;
     try {
-        auto system = analysis::linearize(
-            run, asked.loop.empty() ? analysis::LinearizeOptions{.from = {asked.from}, .to = {asked.to}}
-                                    : analysis::LinearizeOptions::of_loop(asked.loop));
-        if (!asked.loop.empty()) system = analysis::negative(std::move(system));
+        const auto system = asked.loop.empty()
+                                ? analysis::linearize(run, {.from = {asked.from}, .to = {asked.to}})
+                                : analysis::loop_gain(run, asked.loop);
         auto omega = analysis::logarithmic(measured.front(), measured.back(), 300);
         if (system.period > 0) std::erase_if(omega, [&](double w) { return w > M_PI / system.period; });
         return analysis::response(system, 0, 0, omega);
@@ -149,7 +152,7 @@ void execute(Arguments& arguments) {
         throw CommandError("name the loop by --loop SIGNAL, or both ends by --from SIGNAL and --to SIGNAL");
     std::vector<WrittenFile> written;
     for (const auto& file : arguments.outputs) {
-        if (!is_picture(file) && !is_data(file)) refuse_format(file, ".png, .svg, .yaml, .json or .mat");
+        if (!is_figure(file) && !is_data(file)) refuse_format(file, ".png, .svg, .yaml, .json or .mat");
         written.push_back({"-o", file});
     }
     refuse_overwriting(written, files_of(arguments.at.model.file));
@@ -169,11 +172,8 @@ void execute(Arguments& arguments) {
             write_data(all, to_mat(all), file);
             continue;
         }
-        OutputFile output(file);
-        recording::save(figure_of(found, linearised(run, arguments, found.response.omega), arguments),
-                        output.path(), arguments.size.width, arguments.size.height);
-        output.commit();
-        std::printf("%s\n", file.c_str());
+        write_figure(figure_of(found, linearised(run, arguments, found.response.omega), arguments), file,
+                     arguments.size.width, arguments.size.height);
     }
 }
 

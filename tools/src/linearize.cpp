@@ -1,6 +1,7 @@
 // bf linearize: the matrices of a model between named signals.
 #include "linearize.hpp"
 
+#include "bf/analysis/loop_gain.hpp"
 #include "bf/analysis/response.hpp"
 #include "bf/base/escape.hpp"
 #include "bf/base/files.hpp"
@@ -146,11 +147,6 @@ bool is_data(const std::string& file) {
     return extension == ".yaml" || extension == ".json" || extension == ".mat";
 }
 
-bool is_picture(const std::string& file) {
-    const auto extension = std::filesystem::path(file).extension();
-    return extension == ".png" || extension == ".svg";
-}
-
 void refuse_format(const std::string& file, const std::string& endings) {
     throw CommandError("cannot tell the format of " + file + ": give a name that ends in " + endings);
 }
@@ -227,12 +223,16 @@ analysis::LinearSystem LinearOptions::system() const {
     const Waiting waiting("linearising " + model.file);
     Simulation run(loaded.diagram);
     go_to_operating_point(run);
-    auto options = loop.empty() ? analysis::LinearizeOptions{.from = from, .to = to, .open = open}
-                                : analysis::LinearizeOptions::of_loop(loop, open);
-    options.all_states = all_states;
-    auto found = analysis::linearize(run, options);
+    auto found =
+        loop.empty()
+            ? analysis::linearize(run, {.from = from, .to = to, .open = open, .all_states = all_states})
+            : analysis::loop_gain(run, loop, open);
     tell_how_exact(found);
-    return loop.empty() ? found : analysis::negative(std::move(found));
+    if (!loop.empty() && analysis::is_nothing(found)) {
+        go_to_operating_point(run);
+        throw CommandError(analysis::why_nothing_returns(run, loop, open));
+    }
+    return found;
 }
 
 void LinearOptions::go_to_operating_point(Simulation& run) const {
@@ -241,7 +241,9 @@ void LinearOptions::go_to_operating_point(Simulation& run) const {
         const std::string bytes = read_text_file(snapshot);
         restore_snapshot(run, std::as_bytes(std::span(bytes)), snapshot);
     }
-    if (!run.run_until(std::max(at, run.time()))) throw CommandError(run.failure());
+    if (!run.run_until(std::max(at, run.time())))
+        throw CommandError("the run to the operating point ends at " + number(run.time()) +
+                           " s: " + run.failure());
 }
 
 analysis::LinearSystem LinearOptions::single() const {

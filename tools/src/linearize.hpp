@@ -37,8 +37,6 @@ void tell_how_exact(const analysis::LinearSystem& system);
 
 /// Is it one by its name: YAML, JSON or a MAT-file?
 bool is_data(const std::string& file);
-/// PNG or SVG?
-bool is_picture(const std::string& file);
 /// Throws CommandError.
 [[noreturn]] void refuse_format(const std::string& file, const std::string& endings);
 /// Writes a result to a file of that name, each entry a line of YAML, and prints the name.

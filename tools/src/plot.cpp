@@ -2,6 +2,7 @@
 #include "bf/recording/plot.hpp"
 #include "bf/base/escape.hpp"
 #include "bf/recording/export.hpp"
+#include "figure.hpp"
 #include "files.hpp"
 #include "terminal.hpp"
 #include "verbs.hpp"
@@ -131,10 +132,7 @@ void plot(const PlotOptions& options) {
     refuse_overwriting({{"-o", output}}, {options.recording});
     tell_of_empty_panels(figure);
     const Waiting waiting("drawing " + output);
-    OutputFile file(output);
-    recording::save(figure, file.path(), options.size.width, options.size.height);
-    file.commit();
-    std::printf("%s\n", output.c_str());
+    write_figure(figure, output, options.size.width, options.size.height);
     refuse_incomplete(r, options.recording, output);
 }
 

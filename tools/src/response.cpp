@@ -2,7 +2,7 @@
 #include "bf/analysis/response.hpp"
 
 #include "bf/base/escape.hpp"
-#include "bf/recording/plot.hpp"
+#include "figure.hpp"
 #include "files.hpp"
 #include "linearize.hpp"
 #include "verbs.hpp"
@@ -104,9 +104,13 @@ Figure bode(const ResponseOptions& options, const LinearSystem& s) {
     };
     level_line(0, "0 dB", 0);
     for (const double level : reversals(r.phase)) level_line(1, number(level) + " degrees", level);
-    if (m.phase_crossover >= r.omega.front() && m.phase_crossover <= r.omega.back())
-        figure.panels[0].curves.push_back(curve("gain margin " + decibels(m.gain), {m.phase_crossover},
-                                                {-20 * std::log10(m.gain)}, false, Curve::Mark::circle));
+    const auto mark_gain = [&](const std::string& name, double w, double factor) {
+        if (factor > 0 && w >= r.omega.front() && w <= r.omega.back())
+            figure.panels[0].curves.push_back(
+                curve(name, {w}, {-20 * std::log10(factor)}, false, Curve::Mark::circle));
+    };
+    mark_gain("gain margin " + decibels(m.gain), m.phase_crossover, m.gain);
+    mark_gain("and down to " + decibels(m.gain_reduction), m.reduction_crossover, m.gain_reduction);
     if (std::isfinite(m.phase)) {
         // As far as its phase is unwrapped there.
         std::vector<double> until(r.omega.begin(),
@@ -129,28 +133,42 @@ Curve unit_circle(const char* name) {
     return circle;
 }
 
-/// Integrators lead to infinity, which no picture shows.
-constexpr double farthest = 4;
-
 Figure nyquist(const ResponseOptions& options, const LinearSystem& s) {
-    print_margins(analysis::margins(s));
+    const auto m = analysis::margins(s);
+    print_margins(m);
     if (options.output.empty()) return {};
+    // Integrators lead to infinity, which no picture shows: it ends beyond the farthest place that a margin
+    // tells of.
+    const double farthest = m.gain_reduction > 0 ? std::clamp(1.5 / m.gain_reduction, 4.0, 1e3) : 4;
     const auto r = seen(options, s, 2000);
     std::vector<double> x, y, mirrored;
+    bool is_cut = false;
     for (const auto& value : r.value) {
         const bool is_far = std::abs(value) > farthest;
+        is_cut = is_cut || is_far;
         x.push_back(is_far ? NAN : value.real());
         y.push_back(is_far ? NAN : value.imag());
         mirrored.push_back(-y.back());
     }
-    return {title(options, s),
-            {{"Nyquist",
-              "imaginary part",
-              {curve("positive frequencies", x, y), curve("negative frequencies", x, mirrored),
-               unit_circle("unit circle"), curve("-1", {-1}, {0}, false, Curve::Mark::cross)}}},
-            "real part",
-            false,
-            true};
+    Figure figure{title(options, s),
+                  {{is_cut ? "Nyquist, up to |L| = " + number(farthest) : "Nyquist",
+                    "imaginary part",
+                    {curve("positive frequencies", x, y), curve("negative frequencies", x, mirrored),
+                     unit_circle("unit circle"), curve("-1", {-1}, {0}, false, Curve::Mark::cross)}}},
+                  "real part",
+                  false,
+                  true};
+    const auto mark = [&](const std::string& name, double real, double imaginary) {
+        figure.panels[0].curves.push_back(curve(name, {real}, {imaginary}, false, Curve::Mark::circle));
+    };
+    if (std::isfinite(m.gain)) mark("gain margin " + decibels(m.gain), -1 / m.gain, 0);
+    if (1 / m.gain_reduction <= farthest)
+        mark("and down to " + decibels(m.gain_reduction), -1 / m.gain_reduction, 0);
+    if (std::isfinite(m.phase)) {
+        const auto at = analysis::frequency_response(s, 0, 0, m.gain_crossover);
+        mark("phase margin " + number(m.phase) + " degrees", at.real(), at.imag());
+    }
+    return figure;
 }
 
 Figure nichols(const ResponseOptions& options, const LinearSystem& s) {
@@ -257,12 +275,9 @@ void add(CLI::App& app, const char* verb, const char* what, const char* example,
             refuse_overwriting({{"-o", options->output}}, files_of(options->linear.model.file));
         const auto figure = draw(*options, options->linear.single());
         if (options->output.empty()) return;
-        OutputFile file(options->output);
         const bool is_square = figure.is_equal && options->size.height == 0;
-        recording::save(figure, file.path(), options->size.width,
-                        is_square ? options->size.width * 7 / 10 : options->size.height);
-        file.commit();
-        std::printf("%s\n", options->output.c_str());
+        write_figure(figure, options->output, options->size.width,
+                     is_square ? options->size.width * 7 / 10 : options->size.height);
     });
 }
 

@@ -29,10 +29,13 @@ std::string line_of(const Sensitivities::Check& check) {
     std::string text = check.name + " = " + number(check.value);
     if (std::isfinite(check.lower)) text += ", at least " + number(check.lower);
     if (std::isfinite(check.upper)) text += ", at most " + number(check.upper);
-    if (std::isfinite(check.distance))
-        text += check.has_passed ? ": " + number(check.distance) + " from its limit"
-                                 : ": beyond its limit by " + number(-check.distance);
-    return text;
+    if (!std::isfinite(check.distance)) return text;
+    const bool is_lower = check.value - check.lower < check.upper - check.value;
+    const std::string limit = !std::isfinite(check.lower) || !std::isfinite(check.upper) ? "its limit"
+                              : is_lower                                                 ? "its lower limit"
+                                                                                         : "its upper limit";
+    return text + (check.has_passed ? ": " + number(check.distance) + " from " + limit
+                                    : ": beyond " + limit + " by " + number(-check.distance));
 }
 
 void print(const Sensitivities& found, int rows) {
@@ -60,18 +63,21 @@ void print(const Sensitivities& found, int rows) {
                             order.size() - static_cast<std::size_t>(rows));
                 break;
             }
-            const double change = check.change_to_limit(i);
+            const double there = found.at[i] + check.change_to_limit(i);
+            const bool is_allowed = there >= found.least[i] && there <= found.most[i];
             std::printf("  %-28s  %12s  %14s  %s\n",
                         escape::terminal(found.names[static_cast<std::size_t>(i)]).c_str(),
                         number(found.at[i]).c_str(), number(check.slopes[i]).c_str(),
-                        std::isfinite(change) ? number(found.at[i] + change).c_str()
-                        : has_limit           ? "-"
-                                              : "");
+                        std::isfinite(there)
+                            ? (number(there) + (is_allowed ? "" : ", beyond its own limits")).c_str()
+                        : has_limit ? "-"
+                                    : "");
         }
         if (!check.differenced.empty())
             std::printf("  by differences: %s\n", escape::terminal(check.differenced).c_str());
         if (check.has_corner)
-            std::printf("  a jump or corner was met on the way: slopes are those of one side\n");
+            std::printf("  a jump or corner was met on the way, here or elsewhere in the model: slopes are "
+                        "those of one side\n");
     }
 }
 
@@ -124,10 +130,10 @@ void add_sensitivity(CLI::App& app) {
     auto& options = arguments->options;
     arguments->model.add_to(*command);
     command
-        ->add_option("--by", options.by,
-                     "a parameter, block.parameter, or a variable; may be repeated; otherwise all variables "
-                     "that a run "
-                     "can change, or all parameters of a model without any")
+        ->add_option(
+            "--by", options.by,
+            "a parameter, block.parameter, or a variable, or one element of it, K[2]; may be repeated; "
+            "otherwise all variables that a run can change, or all parameters of a model without any")
         ->type_name("NAME")
         ->allow_extra_args(false);
     command

@@ -3,9 +3,9 @@
 #include "bf/base/escape.hpp"
 #include "bf/base/names.hpp"
 #include "bf/base/numbers.hpp"
-#include "bf/recording/plot.hpp"
 #include "bf/toolbox/shared_world.hpp"
 #include "bf/toolbox/simulated_robot.hpp"
+#include "figure.hpp"
 #include "files.hpp"
 #include "terminal.hpp"
 #include "tune_loop.hpp"
@@ -70,8 +70,10 @@ const Candidate& chosen(const std::vector<Candidate>& all, const TuneOptions& op
     std::vector<std::string> names;
     for (const auto& candidate : all) names.push_back(candidate.name);
     if (all.empty())
-        throw CommandError(options.model.file +
-                           " has no robot of a MujocoWorld or World: there is nothing to tune");
+        throw CommandError(
+            options.model.file +
+            " has no robot of a MujocoWorld or World whose joints could be tuned; name a loop of "
+            "the model by --loop SIGNAL, and its gains by --by NAME");
     if (options.robot.empty() && all.size() == 1) return all.front();
     const auto found = std::ranges::find(all, options.robot, &Candidate::name);
     if (found != all.end()) return *found;
@@ -177,7 +179,7 @@ std::string with_gains(std::string text, const std::string& robot, const std::st
     throw CommandError("the World's file has no robot '" + robot + "' any more");
 }
 
-void draw(const std::vector<tuning::TunedJoint>& joints, const fs::path& file) {
+recording::Figure figure_of(const std::vector<tuning::TunedJoint>& joints) {
     recording::Figure figure{.title = "Steps of the references, one joint after the other", .panels = {}};
     for (const auto& joint : joints) {
         recording::Panel& panel = figure.panels.emplace_back();
@@ -194,7 +196,7 @@ void draw(const std::vector<tuning::TunedJoint>& joints, const fs::path& file) {
             goal.value.push_back(joint.response_after.step * tuning::ideal_response(joint.goal, t));
         panel.curves.push_back(std::move(goal));
     }
-    recording::save(figure, file, 1000);
+    return figure;
 }
 
 void execute(const TuneOptions& options) {
@@ -217,8 +219,7 @@ void execute(const TuneOptions& options) {
     const std::string ending = robot.world.empty() ? ".yaml" : ".xml";
     if (!options.output.empty() && fs::path(options.output).extension() != ending)
         throw CommandError("-o " + options.output + ": the name of this file ends in " + ending);
-    if (!options.picture.empty() && !is_picture(options.picture))
-        throw CommandError("--picture " + options.picture + ": the name of this file ends in .png or .svg");
+    require_figure("--picture", options.picture);
     read.insert(robot.world);
     refuse_overwriting({{"-o", options.output}, {"--picture", options.picture}}, read);
 
@@ -249,12 +250,7 @@ void execute(const TuneOptions& options) {
         file.commit();
         std::printf("%s\n", options.output.c_str());
     }
-    if (!options.picture.empty()) {
-        OutputFile file(options.picture);
-        draw(joints, file.path());
-        file.commit();
-        std::printf("%s\n", options.picture.c_str());
-    }
+    if (!options.picture.empty()) write_figure(figure_of(joints), options.picture, 1000);
 }
 
 } // namespace

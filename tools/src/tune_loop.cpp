@@ -1,5 +1,6 @@
 #include "tune_loop.hpp"
 
+#include "bf/analysis/loop_gain.hpp"
 #include "bf/analysis/tune_loop.hpp"
 #include "bf/base/escape.hpp"
 #include "bf/base/numbers.hpp"
@@ -7,7 +8,7 @@
 #include "bf/formats/yaml.hpp"
 #include "bf/model/edit.hpp"
 #include "bf/model/operation.hpp"
-#include "bf/recording/plot.hpp"
+#include "figure.hpp"
 #include "files.hpp"
 #include "terminal.hpp"
 
@@ -24,30 +25,21 @@ using analysis::TunedLoop;
 using recording::Curve;
 using recording::Figure;
 
-/// How far a simulated step goes beyond where the linear one ends [%], and when it stays within 2 % of that
-/// [s]; NaN: not at all.
-struct Simulated {
-    double overshoot = NAN, settling_time = NAN;
-};
-Simulated measures(const SimulatedStep& step, double final) {
-    Simulated found;
-    if (!std::isfinite(final) || final == 0) return found;
-    double most = 0;
-    for (const double y : step.value) most = std::max(most, y / final);
-    found.overshoot = std::max(0.0, 100 * (most - 1));
-    std::size_t last = step.value.size();
-    while (last > 0 && std::abs(step.value[last - 1] / final - 1) <= 0.02) --last;
-    if (last < step.value.size()) found.settling_time = step.time[last];
-    return found;
-}
-
 std::string cell(double value) { return std::isfinite(value) ? number(value) : "none"; }
 
 void row(const std::string& name, const std::string& before, const std::string& after) {
     std::printf("%-24s  %-14s  %s\n", escape::terminal(name).c_str(), before.c_str(), after.c_str());
 }
 
-void print(const TunedLoop& tuned, const Simulated& before, const Simulated& after) {
+/// What a simulated step comes to, beside where the linear one ends; NaN: it comes to nothing.
+StepMeasures measures(const SimulatedStep& step, const TunedLoop::State& state) {
+    constexpr double none = std::numeric_limits<double>::quiet_NaN();
+    StepMeasures nothing{.overshoot = none, .settling_time = none};
+    if (step.time.empty() || !std::isfinite(state.step.final)) return nothing;
+    return measure_step(step.time, step.value, state.step.final, state.loop.period > 0);
+}
+
+void print(const TunedLoop& tuned, const StepMeasures& before, const StepMeasures& after) {
     row("", "before", "after");
     for (const auto& gain : tuned.gains) row(gain.name, cell(gain.before), cell(gain.after));
     const auto both = [&](const char* name, auto&& value) {
@@ -56,9 +48,11 @@ void print(const TunedLoop& tuned, const Simulated& before, const Simulated& aft
     using State = TunedLoop::State;
     row("closed loop", tuned.before.margins.is_stable ? "stable" : "unstable",
         tuned.after.margins.is_stable ? "stable" : "unstable");
-    both("crossover rad/s", [](const State& s) { return s.margins.gain_crossover; });
+    both("crossover rad/s",
+         [](const State& s) { return s.margins.gain_crossover > 0 ? s.margins.gain_crossover : NAN; });
     both("phase margin degrees", [](const State& s) { return s.margins.phase; });
     both("gain margin dB", [](const State& s) { return 20 * std::log10(s.margins.gain); });
+    both("  of less gain", [](const State& s) { return -20 * std::log10(s.margins.gain_reduction); });
     both("delay margin s", [](const State& s) { return s.margins.delay; });
     both("modulus margin", [](const State& s) { return s.margins.modulus; });
     both("bandwidth rad/s", [](const State& s) { return s.margins.bandwidth; });
@@ -70,13 +64,14 @@ void print(const TunedLoop& tuned, const Simulated& before, const Simulated& aft
 
 Figure figure_of(const TunedLoop& tuned, const SimulatedStep& before, const SimulatedStep& after,
                  const std::string& loop) {
-    Figure figure{"Loop through " + loop,
-                  {{"Step of the closed loop", "", {{"after", after.time, after.value}}}}};
+    Figure figure{"Loop through " + loop, {{"Step of the closed loop", "", {}}}};
     auto& curves = figure.panels[0].curves;
-    if (!before.time.empty()) curves.push_back({"before", before.time, before.value});
+    for (const auto& [name, step] : {std::pair("after", &after), std::pair("before", &before)})
+        if (!step->time.empty()) curves.push_back({name, step->time, step->value});
     const auto& linear = tuned.after.step;
+    const double end = after.time.empty() ? INFINITY : after.time.back();
     curves.push_back({"after, linearised", {}, {}, true, tuned.after.loop.period > 0});
-    for (std::size_t i = 0; i < linear.time.size() && linear.time[i] <= after.time.back(); ++i) {
+    for (std::size_t i = 0; i < linear.time.size() && linear.time[i] <= end; ++i) {
         curves.back().time.push_back(linear.time[i]);
         curves.back().value.push_back(linear.value[i]);
     }
@@ -96,7 +91,7 @@ Figure bode_of(const TunedLoop& tuned, const std::string& loop) {
     const auto& after = tuned.after.loop;
     const auto omega = analysis::frequencies(after, 0, 0, 600, true);
     for (const auto& [name, system] : {std::pair("after", &after), std::pair("before", &tuned.before.loop)}) {
-        if (system->C.isZero(0) && system->D.isZero(0)) continue;
+        if (analysis::is_nothing(*system)) continue;
         const auto r = analysis::response(*system, 0, 0, omega);
         figure.panels[0].curves.push_back({name, r.omega, r.magnitude});
         figure.panels[1].curves.push_back({name, r.omega, r.phase});
@@ -176,30 +171,43 @@ std::string overrides_text(const std::vector<Setting>& settings) {
     return text;
 }
 
+/// A parameter that was given as an expression no longer follows the variables in it: `run` has the model's.
+void tell_of_variables(const Simulation& run, const std::vector<Setting>& settings) {
+    for (const auto& variable : run.variables()) try {
+            for (const auto& follower : run.follow({variable}))
+                for (const auto& setting : settings)
+                    if (follower.path == setting.name)
+                        std::fprintf(stderr, "%s no longer follows %s; --by %s tunes the variable\n",
+                                     escape::terminal(setting.name).c_str(),
+                                     escape::terminal(variable.path).c_str(),
+                                     escape::terminal(variable.path).c_str());
+        } catch (const std::runtime_error&) { // one that a run cannot change
+        }
+}
+
 /// The model's file with these values, by the operations of the editor: all else keeps its bytes.
 std::string edited_text(const std::string& file, const std::vector<Setting>& settings) {
     auto model = formats::read_yaml(file);
     for (const auto& [name, value] : settings) {
-        const auto [block, parameter] = model::split_last(name);
-        if (const auto* found = model::find(model, block); found && found->is_library_block()) {
-            model::edit(model, model::operations::Set{block, parameter, value});
-            continue;
-        }
-        // A variable, of the system that is named in front of it: "controller.Gain.Kp".
         bool is_found = false;
-        for (std::size_t end = name.size(); !is_found;) {
+        // A parameter of a block, or what is given to another file's model, or a variable of a system:
+        // "controller.Gain.Kp".
+        for (std::size_t end = name.size(); !is_found && end != std::string::npos;) {
             const auto dot = end == 0 ? std::string::npos : name.rfind('.', end - 1);
-            const std::string system = dot == std::string::npos ? "" : name.substr(0, dot);
+            const std::string owner = dot == std::string::npos ? "" : name.substr(0, dot);
             const std::string rest = dot == std::string::npos ? name : name.substr(dot + 1);
-            const auto* its = model::find_system(model, system);
-            if (const auto* variable = its ? model::find_variable(its->variables, rest) : nullptr) {
+            const auto* block = owner.empty() ? nullptr : model::find(model, owner);
+            const auto* its = model::find_system(model, owner);
+            if (block && (block->is_library_block() || block->reference)) {
+                model::edit(model, model::operations::Set{owner, rest, value});
+                is_found = true;
+            } else if (const auto* variable = its ? model::find_variable(its->variables, rest) : nullptr) {
                 model::Variable changed = *variable;
                 changed.value.text = value;
                 changed.value.spelling.clear();
-                model::edit(model, model::operations::SetVariable{system, rest, std::move(changed)});
+                model::edit(model, model::operations::SetVariable{owner, rest, std::move(changed)});
                 is_found = true;
             }
-            if (dot == std::string::npos) break;
             end = dot;
         }
         if (!is_found)
@@ -221,7 +229,7 @@ void LoopTuning::add_to(CLI::App& app, const char* what_model) {
     const auto of_loop = [&](CLI::Option* option) { return option->needs(loop_option); };
     of_loop(app.add_option(
                 "--by", by,
-                "with --loop: a block with P, I and D, a parameter, block.parameter, or a variable; may be "
+                "with --loop: a block with P and I, a parameter, block.parameter, or a variable; may be "
                 "repeated"))
         ->type_name("NAME")
         ->allow_extra_args(false);
@@ -269,12 +277,13 @@ void LoopTuning::add_to(CLI::App& app, const char* what_model) {
 
 void LoopTuning::execute() const {
     namespace fs = std::filesystem;
+    if (step && (*step == 0 || !std::isfinite(*step)))
+        throw CommandError("--step " + number(*step) + " is no height of a step; give one that is not 0");
     if (by.empty())
-        throw CommandError("name the gains by --by: a block with P, I and D, a parameter or a variable");
+        throw CommandError("name the gains by --by: a block with P and I, a parameter or a variable");
     if (!output.empty() && fs::path(output).extension() != ".yaml")
         throw CommandError("-o " + output + ": the name of this file ends in .yaml");
-    if (!picture.empty() && !is_picture(picture))
-        throw CommandError("--picture " + picture + ": the name of this file ends in .png or .svg");
+    require_figure("--picture", picture);
     if (edits_model)
         for (const auto& change : model.overrides())
             if (std::none_of(by.begin(), by.end(), [&](const auto& gain) {
@@ -289,6 +298,7 @@ void LoopTuning::execute() const {
     Simulation run(loaded.diagram), old(loaded.diagram);
     TunedLoop tuned;
     SimulatedStep before, after;
+    std::string ends; // of runs, before their time
     {
         const Waiting waiting("tuning the loop through " + loop);
         go_to_operating_point(run);
@@ -307,22 +317,31 @@ void LoopTuning::execute() const {
         };
         const double duration =
             std::max(lasts(tuned.after), tuned.before.margins.is_stable ? lasts(tuned.before) : 0);
-        after = analysis::simulated_step(run, loop, duration, step.value_or(0));
+        const auto simulate = [&](Simulation& of, const char* which) {
+            try {
+                return analysis::simulated_step(of, loop, duration, step.value_or(0));
+            } catch (const RunError& error) { // an unstable loop may come to an end
+                ends += std::string(which) + ": " + error.what() + "\n";
+                return SimulatedStep{};
+            }
+        };
+        after = simulate(run, "after");
         go_to_operating_point(old);
-        try {
-            before = analysis::simulated_step(old, loop, duration, step.value_or(0));
-        } catch (const RunError&) { // an unstable loop may come to an end
-        }
+        before = simulate(old, "before");
     }
-    const auto after_measures = measures(after, tuned.after.step.final);
+    const auto after_measures = measures(after, tuned.after);
     tell_how_exact(tuned.after.loop);
-    print(tuned, measures(before, tuned.before.step.final), after_measures);
+    print(tuned, measures(before, tuned.before), after_measures);
+    if (!open.empty())
+        std::printf("simulated with all loops closed, also those that are open in what is linearised\n");
+    std::fputs(escape::terminal(ends).c_str(), stderr);
     if (overshoot && after_measures.overshoot > *overshoot + 0.5)
         std::printf(
             "a step of %s goes further beyond its end than the linearised loop: limits are met, or the step "
             "leaves what is linear; try a smaller --step\n",
             number(after.height).c_str());
     const auto settings = settings_of(run, tuned);
+    tell_of_variables(old, settings);
     if (output.empty() && !edits_model) std::printf("\n%s", overrides_text(settings).c_str());
     if (!output.empty()) {
         OutputFile file(output);
@@ -337,15 +356,9 @@ void LoopTuning::execute() const {
         file.commit();
         std::printf("%s\n", model.file.c_str());
     }
-    const auto draw = [](const Figure& figure, const fs::path& to) {
-        OutputFile file(to.string());
-        recording::save(figure, file.path(), 900);
-        file.commit();
-        std::printf("%s\n", to.c_str());
-    };
     if (picture.empty()) return;
-    draw(figure_of(tuned, before, after, loop), picture);
-    draw(bode_of(tuned, loop), second);
+    write_figure(figure_of(tuned, before, after, loop), picture, 900);
+    write_figure(bode_of(tuned, loop), second, 900);
 }
 
 } // namespace bf::tools

@@ -149,6 +149,59 @@ TEST_F(Linearize, TunesALoopAndWritesItsGains) {
     EXPECT_EQ(read("loop.yaml"), expected);
 }
 
+TEST_F(Linearize, EditsWhatIsGivenToAModelInAFileOfItsOwn) {
+    const std::string controller =
+        "model: p\ninputs: [e]\noutputs: [u]\nvariables: {Gain: {Kp: 2}}\nblocks:\n"
+        "  k: {block: Gain, K: Gain.Kp}\nconnections: {e: k, k: u}\n";
+    write("p.yaml", controller);
+    std::string text = loop_model;
+    text.replace(text.find("gain: {block: Gain, K: 5}"), 25, "gain: {file: p.yaml}   # of the loop");
+    write("uses.yaml", text);
+    const auto done = bf("tune uses.yaml --loop gain --by gain.Gain.Kp --crossover 3 --edit");
+    EXPECT_EQ(done.code, 0) << done.err;
+    EXPECT_EQ(read("p.yaml"), controller);
+    EXPECT_CONTAINS(read("uses.yaml"), "5.70088");
+    EXPECT_CONTAINS(read("uses.yaml"), "# of the loop");
+    EXPECT_CONTAINS(bf("bode uses.yaml --loop gain").out, "at 3 rad/s");
+}
+
+TEST_F(Linearize, TellsWhichVariableAGainNoLongerFollows) {
+    std::string text = loop_model;
+    text.replace(text.find("K: 5"), 4, "K: 2*k");
+    text.replace(text.find("blocks:"), 7, "variables: {k: 2.5}\nblocks:");
+    write("follows.yaml", text);
+    EXPECT_CONTAINS(bf("tune follows.yaml --loop gain --by gain.K --crossover 3").err,
+                    "gain.K no longer follows k; --by k tunes the variable\n");
+    EXPECT_EQ(bf("tune follows.yaml --loop gain --by k --crossover 3").err.find("no longer"),
+              std::string::npos);
+}
+
+TEST_F(Linearize, TellsWhenASimulatedStepEnds) {
+    std::string text = loop_model;
+    text.replace(text.find("connections:"), 0,
+                 "  small: {block: CompareToConstant, operator: '<', constant: 0.0005}\n  fails: {block: "
+                 "Assertion}\n");
+    text += "  small: fails\n";
+    text.replace(text.find("[error.u2, y]"), 13, "[error.u2, y, small]");
+    write("ends.yaml", text);
+    const auto done = bf("tune ends.yaml --loop gain --by gain.K --crossover 3 --picture ends.png");
+    EXPECT_EQ(done.code, 0) << done.err;
+    EXPECT_EQ(read("ends.png").substr(1, 3), "PNG"); // of what is linearised
+    EXPECT_CONTAINS(done.out, "gain: {K: 5.70088}");
+    EXPECT_CONTAINS(done.err, "after: the simulated step of 0.01 ends at ");
+    EXPECT_CONTAINS(done.err, "fails: the asserted condition does not hold");
+}
+
+TEST_F(Linearize, SaysOfACheckWhichLimitIsNearer) {
+    write("limits.yaml",
+          "model: limits\nstep: 0.1\nstop: 1\nvariables: {k: {value: 2, maximum: 2.4}}\nblocks:\n"
+          "  c: {block: Constant, value: k}\n  f: {block: Check, kind: final, at_least: 0, at_most: 3}\n"
+          "connections: {c: f}\n");
+    const auto found = bf("sensitivity limits.yaml");
+    EXPECT_CONTAINS(found.out, "f = 2, at least 0, at most 3: 1 from its upper limit\n");
+    EXPECT_CONTAINS(found.out, "3, beyond its own limits\n");
+}
+
 TEST_F(Linearize, EditsVariablesWhereTheyStand) {
     const std::string text =
         "model: v\nstep: 0.01\nvariables:\n  Gain: {Kp: 1}   # of the loop\nblocks:\n  c:\n"
@@ -213,7 +266,7 @@ TEST_F(Linearize, RefusesWithTheReason) {
     expect_error("linearize loop.yaml -o loop.yaml", "loop.yaml");
     expect_error("bode loop.yaml --to plant --to gain", "from one input to one output");
     expect_error("bode loop.yaml --loop plant --from r", "--from excludes --loop");
-    expect_error("bode loop.yaml --loop r", "there is no loop: what is added to 'r' does not come back");
+    expect_error("bode loop.yaml --loop r", "nothing comes back to 'r': no path leads from it to itself");
     expect_error("frequency-response loop.yaml --loop gain --frequencies 10:1",
                  "neither LOW:HIGH nor one number");
     expect_error("frequency-response loop.yaml --from r --frequencies 1",
@@ -223,6 +276,10 @@ TEST_F(Linearize, RefusesWithTheReason) {
     expect_error("frequency-response loop.yaml --loop gain --frequencies 1 -o a.txt",
                  "give a name that ends in .png");
     expect_error("tune loop.yaml --loop gain --crossover 3", "name the gains by --by");
+    expect_error("tune loop.yaml", "name a loop of the model by --loop SIGNAL, and its gains by --by NAME");
+    expect_error("tune loop.yaml --loop gain --by gain.K --crossover 3 --step 0", "--step 0 is no height");
+    expect_error("tune loop.yaml --loop gain --by gain.K --crossover 3 --step nan",
+                 "--step nan is no height");
     expect_error("tune loop.yaml --loop gain --by gain.K --crossover 3 --bandwidth 2", "excludes");
     expect_error("tune loop.yaml --by gain.K", "--loop");
     expect_error("tune loop.yaml --loop gain --by gain.K --crossover 3 -o loop.yaml", "loop.yaml");

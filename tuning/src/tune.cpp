@@ -1,5 +1,6 @@
 #include "bf/tuning/tune.hpp"
 
+#include "bf/base/step_measures.hpp"
 #include "nelder_mead.hpp"
 
 #include <algorithm>
@@ -71,17 +72,11 @@ Measures measure(const Response& response) {
     found.error -= end;
     for (const double torque : response.torque) found.torque = std::max(found.torque, std::abs(torque));
     if (end == 0) return found;
-    double tenth = none, last_outside = 0, largest = 0;
-    for (std::size_t k = 0; k < response.position.size(); ++k) {
-        const double share = response.position[k] / end, t = response.time[k];
-        largest = std::max(largest, share);
-        if (std::isnan(tenth) && share >= 0.1) tenth = t;
-        if (std::isnan(found.rise_time) && share >= 0.9) found.rise_time = t - tenth;
-        if (std::abs(share - 1) > 0.02) last_outside = t;
-    }
-    found.overshoot = std::max(largest - 1, 0.0);
+    const auto measured = measure_step(response.time, response.position, end, false);
+    found.rise_time = measured.rise_time;
+    found.overshoot = measured.overshoot / 100;
     // The end is within any band of itself: what leaves the band in the last twentieth has not come to rest.
-    if (last_outside < 0.95 * response.time.back()) found.settling_time = last_outside;
+    if (measured.settling_time < 0.95 * response.time.back()) found.settling_time = measured.settling_time;
     return found;
 }
 

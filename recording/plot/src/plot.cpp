@@ -254,7 +254,7 @@ class Script {
         add("set lmargin at ", layout_.x(layout_.left));
         add("set rmargin at ", layout_.x(layout_.left + layout_.plot_width()));
         if (figure.is_logarithmic) add("set logscale x\nset mxtics 10");
-        add("set xtics ", number(step));
+        add("set xtics ", figure.is_logarithmic ? logarithmic_tics() : number(step));
         add("set xrange [", number(time_.low), ":", number(time_.high), "]");
         if (!figure.title.empty())
             label(figure.title, layout_.left, 22, "left" + font(4.0 / 3, ":Bold"),
@@ -272,6 +272,30 @@ class Script {
     }
 
   private:
+    /// Powers of ten; where there are less than two of them also their doubles and halves, or even steps.
+    std::string logarithmic_tics() const {
+        const auto tics_at = [&](const std::vector<double>& parts) {
+            std::vector<double> all;
+            for (double decade = std::pow(10, std::floor(std::log10(time_.low))); decade <= time_.high;
+                 decade *= 10)
+                for (const double part : parts)
+                    if (const double at = part * decade;
+                        at >= time_.low * (1 - 1e-6) && at <= time_.high * (1 + 1e-6))
+                        all.push_back(at);
+            return all;
+        };
+        if (!(time_.low > 0) || tics_at({1}).size() >= 2) return "10";
+        auto all = tics_at({1, 2, 5});
+        if (all.size() < 2) {
+            all.clear();
+            const double step = tick_step(time_, layout_.plot_width(), 60);
+            for (double at = step * std::ceil(time_.low / step); at <= time_.high; at += step)
+                all.push_back(at);
+        }
+        std::string text;
+        for (const double at : all) text += (text.empty() ? "(" : ", ") + number(at);
+        return text + ")";
+    }
     template <class... Parts> void add(const Parts&... parts) {
         (append(parts), ...);
         text_ += '\n';

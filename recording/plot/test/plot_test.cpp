@@ -227,6 +227,24 @@ TEST_F(Plot, HasAnyCommonAxis) {
     for (const char* tick : {">0.1<", ">1<", ">10<", ">100<"}) EXPECT_CONTAINS(svg, tick);
 }
 
+TEST_F(Plot, HasTicksOnALogarithmicAxisWithinADecade) {
+    const auto labelled = [&](double low, double high) {
+        Figure figure{"", {{"a", "", {{"c", {low, high}, {30, 40}}}}}, "rad/s", true};
+        const std::string svg = draw(figure, "l.svg");
+        std::vector<std::string> found;
+        for (const char* tick : {"1", "1.2", "1.4", "2", "5", "10", "100"})
+            if (svg.find(std::string(">") + tick + "</tspan>") != svg.npos ||
+                svg.find(std::string(">") + tick + "<") != svg.npos)
+                found.push_back(tick);
+        return found;
+    };
+    EXPECT_EQ(labelled(1.00003, 9.997), (std::vector<std::string>{"2", "5"}));
+    const auto near = labelled(1.1, 1.5);
+    EXPECT_TRUE(std::count(near.begin(), near.end(), "1.2") && std::count(near.begin(), near.end(), "1.4"));
+    const auto wide = labelled(0.5, 200);
+    EXPECT_TRUE(std::count(wide.begin(), wide.end(), "10") && !std::count(wide.begin(), wide.end(), "5"));
+}
+
 TEST_F(Plot, DrawsACircleAsACircle) {
     Curve circle{"", {}, {}};
     for (int i = 0; i <= 100; ++i) {

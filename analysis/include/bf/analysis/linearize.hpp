@@ -27,12 +27,6 @@ struct LinearizeOptions {
     /// those that are named.
     bool at_once = false;
     bool by_differences = false; ///< of every block: to compare with the exact derivatives
-
-    /// Of the loop through a signal, which is cut there, and elsewhere: `negative` gives its gain.
-    static LinearizeOptions of_loop(const std::string& signal, std::vector<std::string> open = {}) {
-        open.push_back(signal);
-        return {.from = {signal}, .to = {signal}, .open = std::move(open)};
-    }
 };
 
 /// Linearises at the present states of a started run and the outputs that follow from them, which takes one

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "bf/analysis/linear_system.hpp"
+#include "bf/base/step_measures.hpp"
 
 #include <complex>
 #include <limits>
@@ -48,9 +49,10 @@ struct Margins {
     double delay = none;        ///< that L may get [s]
     double modulus = none;      ///< least distance of L from -1
     double phase_crossover = 0; ///< where L is negative real, of `gain` [rad/s]; may be 0 or infinite
-    double gain_crossover = 0;  ///< where |L| = 1, of `phase` [rad/s]
-    double bandwidth = none;    ///< of L/(1 + L): where it first is 3 dB below its value at 0 [rad/s]
-    bool is_stable = false;     ///< is the closed loop? Where its cut holds a signal, the uncut model
+    double reduction_crossover = 0; ///< the same of `gain_reduction` [rad/s]
+    double gain_crossover = 0;      ///< where |L| = 1, of `phase` [rad/s]
+    double bandwidth = none;        ///< of L/(1 + L): where it first is 3 dB below its value at 0 [rad/s]
+    bool is_stable = false;         ///< is the closed loop? Where its cut holds a signal, the uncut model
 };
 /// Crossovers are found between points that lie so densely that L moves by a small part of its distance from
 /// -1, and then to twelve digits. Throws RunError: L is 0; D = -1.
@@ -70,17 +72,9 @@ struct RootLocus {
 RootLocus root_locus(const LinearSystem& loop, int output = 0, int input = 0, std::vector<double> gains = {});
 
 /// y(t) to a step of 1 at t = 0 from rest. Continuous systems are sampled exactly.
-struct StepResponse {
+struct StepResponse : StepMeasures {
     std::vector<double> time, value; ///< s
     double final = 0;                ///< value that it comes to; NaN of an unstable system
-    double overshoot = 0;            ///< % of `final`; NaN, as all that is relative to it, where that is 0
-    double peak = 0, peak_time = 0;  ///< the extreme on the side of `final`, and when [s]
-    double undershoot = 0;           ///< how far it goes to the other side of 0 [% of `final`]
-    double undershoot_time = 0;      ///< when it is there [s]
-    double rise_time = 0;            ///< from 10 % to 90 % of `final` [s]
-    /// After which it stays within 2 % of `final`, or of its largest value where that is 0 [s]; NaN: not
-    /// within `time`.
-    double settling_time = 0;
 };
 /// `duration` 0: until the slowest pole has faded and the response has settled, or eight times the time
 /// constant of growth.

@@ -12,8 +12,9 @@
 namespace bf::analysis {
 
 struct SensitivityOptions {
-    /// Parameters "block.parameter", and variables; each stands for all of its elements. None: all variables
-    /// that a run can change, or, where the model has none, all parameters of blocks that are no checks.
+    /// Parameters "block.parameter", and variables, which stand for all of their elements, or one of these,
+    /// "K[2]". None: all variables that a run can change, or, where the model has none, all parameters of
+    /// blocks that are no checks.
     std::vector<std::string> by = {};
     std::vector<std::string> checks = {}; ///< names of check blocks; none: all that report a number
     double duration = 0;                  ///< s; 0: until the model's own stop
@@ -26,6 +27,7 @@ struct SensitivityOptions {
 struct Sensitivities {
     std::vector<std::string> names; ///< of the numbers: "controller.pid.P", "Gain.Kp", "lqr.K[1][2]"
     Vector at;                      ///< their values
+    Vector least, most;             ///< their own limits; infinite where there are none
     struct Check {
         std::string name;
         double value = 0;                           ///< at the end of the run

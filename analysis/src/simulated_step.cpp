@@ -1,0 +1,56 @@
+#include "bf/analysis/tune_loop.hpp"
+#include "injection.hpp"
+#include "loop_by_gains.hpp"
+
+#include <cmath>
+#include <memory>
+
+namespace bf::analysis {
+
+SimulatedStep simulated_step(Simulation& run, const std::string& loop, double duration, double height,
+                             const std::function<bool()>& go_on) {
+    const Element at = find_element(run.diagram(), loop);
+    const auto start = run.snapshot();
+    const double value =
+        read_value(run.context().data(at.end.node, at.end.slot), run.diagram().slot(at.end).type, at.number);
+    SimulatedStep found{
+        .time = {}, .value = {}, .height = height != 0 ? height : 0.01 * std::max(1.0, std::abs(value))};
+    if (!(duration > 0) || !std::isfinite(duration))
+        throw RunError("a step is simulated for longer than 0 s, not for " + short_text(duration) + " s");
+    if (!std::isfinite(height)) throw RunError("the height of a step is a number, not " + short_text(height));
+    /// What the loop's block computes, after each step's outputs.
+    struct Watch final : Run::Observer {
+        Injection* injection = nullptr;
+        std::vector<double> values;
+        void observe(const Run& of) noexcept override {
+            if (!of.shows_event() && values.size() < values.capacity()) values.push_back(injection->own());
+        }
+    };
+    const auto steps = static_cast<std::size_t>(std::ceil(duration / run.period()));
+    const auto back = [&](double added) {
+        run.restore(start);
+        Injection injection(run, at, [added](double) { return added; });
+        Watch watch;
+        watch.injection = &injection;
+        watch.values.reserve(steps);
+        run.add_observer(watch);
+        const std::shared_ptr<void> end(nullptr, [&](void*) { run.remove_observer(watch); });
+        for (std::size_t k = 0; k < steps; ++k) {
+            if (go_on && k % 1000 == 0 && !go_on()) throw Interrupted("the simulated step was interrupted");
+            if (!run.step())
+                throw RunError("the simulated step " +
+                               (added == 0 ? "ends at " : "of " + short_text(added) + " ends at ") +
+                               short_text(run.time()) + " s: " + run.failure());
+        }
+        return watch.values;
+    };
+    const std::shared_ptr<void> end(nullptr, [&](void*) { run.restore(start); });
+    const auto still = back(0), stepped = back(found.height);
+    for (std::size_t k = 0; k < steps; ++k) {
+        found.time.push_back(static_cast<double>(k) * run.period());
+        found.value.push_back(-(stepped[k] - still[k]) / found.height);
+    }
+    return found;
+}
+
+} // namespace bf::analysis

@@ -366,6 +366,10 @@ class Margins:
         """Where L is negative real, of `gain` [rad/s]; may be 0 or infinite."""
 
     @property
+    def reduction_crossover(self) -> float:
+        """The same of `gain_reduction` [rad/s]."""
+
+    @property
     def gain_crossover(self) -> float:
         """Where |L| = 1, of `phase` [rad/s]."""
 

@@ -179,7 +179,7 @@ class Simulation(_native.Simulation):
         gain_margin: float = 0,
         open: str | Sequence[str] = (),
     ) -> TunedLoop:
-        """Finds the gains `by` (a block with P, I and D, parameters 'block.parameter', variables) with which the `loop`
+        """Finds the gains `by` (a block with P and I, parameters 'block.parameter', variables) with which the `loop`
         through that signal, as of negative feedback, crosses 1 at `crossover`, or has the `bandwidth` [rad/s], with the
         `phase_margin` [degrees], 60 where nothing is said, an `overshoot` of its step of at most so many %, and at least
         the `gain_margin` [dB]; `open` names further signals that are cut. The run then has these gains, and is where it

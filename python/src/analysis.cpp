@@ -36,6 +36,7 @@ void bind_results(nb::module_& m) {
         .def_ro("modulus", &Margins::modulus, "Least distance of L from -1.")
         .def_ro("phase_crossover", &Margins::phase_crossover,
                 "Where L is negative real, of `gain` [rad/s]; may be 0 or infinite.")
+        .def_ro("reduction_crossover", &Margins::reduction_crossover, "The same of `gain_reduction` [rad/s].")
         .def_ro("gain_crossover", &Margins::gain_crossover, "Where |L| = 1, of `phase` [rad/s].")
         .def_ro("bandwidth", &Margins::bandwidth,
                 "Of L/(1 + L): where it first is 3 dB below its value at 0 [rad/s].")

@@ -43,7 +43,26 @@ class Interruption {
     std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
-/// f(go_on) without the GIL, of a run that nobody observes.
+/// f(go_on) without the GIL, which ends early when Ctrl-C was pressed or `is_hindered` says so; then the
+/// interpreter's own error is raised.
+template <class F, class Is> auto interruptible(F&& f, Is&& is_hindered) {
+    Interruption interruption;
+    std::optional<decltype(f(std::function<bool()>()))> found;
+    std::exception_ptr error;
+    {
+        const WithoutGil parallel;
+        try {
+            found.emplace(f([&] { return interruption.go_on() && !is_hindered(); }));
+        } catch (...) {
+            error = std::current_exception();
+        }
+    }
+    interruption.raise();
+    if (error && !is_hindered()) std::rethrow_exception(error);
+    return found;
+}
+
+/// Of a run that nobody observes.
 template <class F> auto explored(PythonRun& self, F&& f) {
     const InUse use(self);
     self.require_started();
@@ -51,21 +70,9 @@ template <class F> auto explored(PythonRun& self, F&& f) {
         raise("RunError",
               "the run is recorded or observed, and would show what is only tried; end that first, "
               "or use another run");
-    Interruption interruption;
-    decltype(f(std::function<bool()>())) found;
-    std::exception_ptr error;
-    {
-        const WithoutGil parallel;
-        try {
-            found = f([&] { return interruption.go_on() && !self.pending.is_there(); });
-        } catch (...) {
-            error = std::current_exception();
-        }
-    }
-    interruption.raise();
+    auto found = interruptible(f, [&] { return self.pending.is_there(); });
     self.pending.raise();
-    if (error) std::rethrow_exception(error);
-    return found;
+    return std::move(*found);
 }
 
 } // namespace
@@ -125,7 +132,7 @@ void bind_measure(nb::module_& m) {
         [](PythonRun& run, const std::string& loop, const std::vector<std::string>& by, double crossover,
            double bandwidth, std::optional<double> phase_margin, std::optional<double> overshoot,
            double gain_margin, const std::vector<std::string>& open) {
-            return explored(run, [&](std::function<bool()>) {
+            return explored(run, [&](std::function<bool()> go_on) {
                 return analysis::tune_loop(run.run, {.loop = loop,
                                                      .by = by,
                                                      .crossover = crossover,
@@ -133,7 +140,8 @@ void bind_measure(nb::module_& m) {
                                                      .phase_margin = phase_margin,
                                                      .overshoot = overshoot,
                                                      .gain_margin = gain_margin,
-                                                     .open = open});
+                                                     .open = open,
+                                                     .go_on = std::move(go_on)});
             });
         },
         nb::arg("run"), nb::arg("loop"), nb::arg("by"), nb::arg("crossover"), nb::arg("bandwidth"),
@@ -141,8 +149,8 @@ void bind_measure(nb::module_& m) {
     m.def(
         "_simulated_step",
         [](PythonRun& run, const std::string& loop, double duration, double height) {
-            return explored(run, [&](std::function<bool()>) {
-                const auto found = analysis::simulated_step(run.run, loop, duration, height);
+            return explored(run, [&](std::function<bool()> go_on) {
+                const auto found = analysis::simulated_step(run.run, loop, duration, height, go_on);
                 return std::pair(found.time, found.value);
             });
         },
@@ -183,23 +191,15 @@ void bind_measure(nb::module_& m) {
         [](const PythonModel& model, const std::vector<std::string>& by,
            const std::vector<std::string>& checks, double duration, double difference) {
             if (!model.examined.diagnostics.empty()) throw model::Errors(model.examined.diagnostics);
-            Interruption interruption;
-            std::optional<Sensitivities> found;
-            std::exception_ptr error;
-            {
-                const WithoutGil parallel;
-                try {
-                    found = analysis::sensitivities(
-                        model.examined.diagram,
-                        {.by = by, .checks = checks, .duration = duration, .step = difference, .go_on = [&] {
-                             return interruption.go_on();
-                         }});
-                } catch (...) {
-                    error = std::current_exception();
-                }
-            }
-            interruption.raise();
-            if (error) std::rethrow_exception(error);
+            auto found = interruptible(
+                [&](std::function<bool()> go_on) {
+                    return analysis::sensitivities(model.examined.diagram, {.by = by,
+                                                                            .checks = checks,
+                                                                            .duration = duration,
+                                                                            .step = difference,
+                                                                            .go_on = std::move(go_on)});
+                },
+                [] { return false; });
             return std::move(*found);
         },
         nb::arg("model"), nb::arg("by"), nb::arg("checks"), nb::arg("duration"), nb::arg("difference"));

@@ -1,5 +1,8 @@
 """Gains for requirements, beside python-control."""
 
+import subprocess
+import sys
+
 import control
 import numpy as np
 import pytest
@@ -60,3 +63,35 @@ def test_what_cannot_be_reached_is_said_with_what_can(loop):
         loop.tune("pid", ["pid.P", "pid.I"], crossover=10, phase_margin=60)
     with pytest.raises(bf.RunError, match="say how fast"):
         loop.tune("pid", "pid")
+
+
+def test_tuning_and_simulated_steps_end_with_control_c(tmp_path):
+    (tmp_path / "loop.yaml").write_text(LOOP)
+    code = f"""
+import os, signal, threading
+import blockfactory as bf
+sim = bf.load({str(tmp_path / "loop.yaml")!r}).simulate()
+sim.step()
+sim.loop_step("pid", 0.01) # imports what it needs
+sim.tune("pid", "pid.P", crossover=1)
+for what in (lambda: sim.loop_step("pid", 1e5), lambda: [sim.tune("pid", "pid.P", phase_margin=50) for _ in range(1000)]):
+    threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+    try: what()
+    except KeyboardInterrupt: print("interrupted", sim.time)
+"""
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120)
+    assert ended.stdout == "interrupted 0.002\n" * 2, ended.stderr
+
+
+def test_one_gain_has_the_margin_that_python_control_finds(write):
+    """The integral gain of a servo, which hardly moves the crossover, and a gain in an inner loop."""
+    text = LOOP.replace("P: 0.1, I: 0.1, D: 0.1", "P: 2, I: 0.5, D: 0.3").replace(
+        'numerator: 3, denominator: "[1 1.4 4 1]"', 'numerator: 1, denominator: "[0.05 1.05 1 0]"'
+    )
+    servo = bf.load(write("servo.yaml", text))
+    for margin in (25, 34, 40):
+        tuned = servo.tune("pid", "pid.I", phase_margin=margin)
+        controller = 2 + control.tf([tuned.gains["pid.I"]], [1, 0]) + 0.3 * control.tf([50, 0], [1, 50])
+        _, phase, _, at = control.margin(controller * control.tf([1], [0.05, 1.05, 1, 0]))
+        assert phase == pytest.approx(margin, abs=1e-4)
+        assert at == pytest.approx(tuned.margins.gain_crossover, rel=1e-6)

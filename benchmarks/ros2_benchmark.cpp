@@ -101,7 +101,8 @@ void measure_bare(Measured& measured) {
             publisher.publish(message.get());
         },
         [&] {
-            bell.wait(1, [&] { return came > 0; });
+            bell.wait(
+                1, [&] { return came > 0; }, 0);
             return came.load();
         });
     goes_on = false;

@@ -24,6 +24,9 @@ std::shared_ptr<toolbox::StreamConnection> streams_over(Node& node);
 
 void add_topics(Library& library);
 void add_calls(Library& library);
+void add_cameras(Library& library);
+void add_goals(Library& library);
+void add_transforms(Library& library);
 void add_network(Library& library);
 
 } // namespace bf::ros2

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <atomic>
 #include <stdexcept>
-#include <thread>
 
 namespace bf::ros2 {
 
@@ -64,10 +63,6 @@ class Calling final : public Sender {
     std::vector<double> answer_;
 };
 
-struct Opened {
-    std::shared_ptr<Calling> end;
-};
-
 class Call final : public Block {
   public:
     explicit Call(const Arguments& arguments) : Block(arguments) {
@@ -122,44 +117,43 @@ class Call final : public Block {
     Output<double> pending{this, "pending", {.doc = "1: a call is not answered yet"}};
     Output<double> answered{this, "answered", {.doc = "answers so far"}};
     DiscreteState<double> last{this, "last", {.doc = "the input call of the step before"}};
-    OutsideState<Opened> opened{this, [] { return std::make_shared<Opened>(); }};
-    Scratch<std::vector<double>> values{this, [] { return std::vector<double>(); }};
+    OutsideState<Opened<Calling>> opened{this, [] { return std::make_shared<Opened<Calling>>(); }};
+    Scratch<std::vector<double>> asked{this, [] { return std::vector<double>(); }},
+        answer{this, [] { return std::vector<double>(); }};
 
     void start(Now at) const override {
-        auto places = inputs_.places(at, 0);
-        const int size = places.empty() ? 0 : places.back().first + places.back().size;
         Node& its = at[node];
         its.open();
         // An exchange has one number at least.
-        auto end = std::make_shared<Calling>(service_.request, std::move(places), std::max(size, 1),
-                                             outputs_.places(), std::max(outputs_.size(), 1));
+        at[asked].assign(static_cast<std::size_t>(std::max(inputs_.size(at), 1)), 0.0);
+        at[answer].assign(static_cast<std::size_t>(std::max(outputs_.size(), 1)), 0.0);
+        auto end = std::make_shared<Calling>(service_.request, inputs_.places(at, 0),
+                                             static_cast<int>(at[asked].size()), outputs_.places(),
+                                             static_cast<int>(at[answer].size()));
         for (const auto& [field, its_texts] : texts_) field->write(end->request.get(), its_texts);
         // The thread keeps what it writes to, but not the client, which ends with the run.
         const std::weak_ptr<Calling> to = end;
         end->client = its.client(service_.support, service, service_.response->memory().make(),
-                                 [to](const void* response) {
+                                 [to](const void* response, std::int64_t) {
                                      if (const auto still = to.lock()) still->take(response);
                                  });
         its.add(end);
-        at[values].assign(static_cast<std::size_t>(std::max({size, outputs_.size(), 1})), 0.0);
         at[opened].end = std::move(end);
     }
     void stop(Now at) const noexcept override { at[opened].end.reset(); }
 
     Status output(Now at, Out out) const noexcept override {
         Calling& end = *at[opened].end;
-        auto& all = at[values];
         const double now = middleware::now();
         if (at[call] > 0 && !(at[last] > 0)) {
-            inputs_.copy(at, all.data());
-            end.asked.write(all.data(), now);
+            inputs_.copy(at, at[asked].data());
+            end.asked.write(at[asked].data(), now);
             at[node].bell().ring();
         }
         if (const int place = end.too_long; place >= 0) return outputs_.too_long(place, end.too_long_size);
-        std::fill(all.begin(), all.end(), 0.0);
         const std::uint64_t before = end.taken.number, sent = end.sent, calls = end.calls;
-        end.answers.read(all.data(), end.taken);
-        outputs_.copy(all.data(), out);
+        end.answers.read(at[answer].data(), end.taken);
+        outputs_.copy(at[answer].data(), out);
         const bool is_pending = sent != end.asked.newest() || end.taken.number < calls;
         out[pending] = is_pending ? 1 : 0;
         out[answered] = static_cast<double>(end.taken.number);

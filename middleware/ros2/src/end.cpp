@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cctype>
 #include <cmath>
 #include <optional>
 #include <stdexcept>
@@ -25,13 +24,6 @@ using middleware::Stamp;
 
 constexpr double look = 0.1;   ///< s between two looks at who listens while the time stands still
 constexpr double patience = 1; ///< s until a state that stands is sent again
-
-/// As names of ROS 2 may be.
-std::string plain(const std::string& name) {
-    std::string text;
-    for (const char letter : name) text += std::isalnum(static_cast<unsigned char>(letter)) ? letter : '_';
-    return text.empty() || std::isdigit(static_cast<unsigned char>(text.front())) ? "s" + text : text;
-}
 
 /// What goes out, in the thread of the node.
 class States final : public Sender {
@@ -243,7 +235,8 @@ class End final : public middleware::RobotEnd {
     }
     void wait(double timeout) noexcept override {
         const double left = is_free_ ? std::clamp(due_ - middleware::now(), 0.0, timeout) : timeout;
-        bell_.wait(left, [&] { return is_news(); });
+        bell_.wait(
+            left, [&] { return is_news(); }, 0);
     }
     /// One that has sent a command once and is gone, whose positions stay, is none.
     bool is_gone() noexcept override {
@@ -291,7 +284,8 @@ class End final : public middleware::RobotEnd {
         const double before = shown_time_;
         steps_asked_.fetch_add(1);
         bell_.ring();
-        steps_bell_.wait(5, [&] { return shown_time_ != before || is_over_; });
+        steps_bell_.wait(
+            5, [&] { return shown_time_ != before || is_over_; }, 0);
         is_done = shown_time_ != before;
         return is_done ? "" : "the step is not done within 5 s";
     }
@@ -303,7 +297,8 @@ class End final : public middleware::RobotEnd {
         const int before = resets_;
         is_reset_asked_ = true;
         bell_.ring();
-        steps_bell_.wait(5, [&] { return resets_ != before || is_over_; });
+        steps_bell_.wait(
+            5, [&] { return resets_ != before || is_over_; }, 0);
         is_done = resets_ != before;
         return is_done ? "" : "it is not as it began within 5 s";
     }

@@ -13,27 +13,29 @@ bool is_number(const Field& field) {
     return field.kind != Field::Kind::text && field.kind != Field::Kind::texts;
 }
 
-std::vector<std::string> paths(const MessageType& type, bool are_numbers) {
+std::vector<std::string> paths(const MessageType& type, bool are_numbers, const std::string& prefix) {
     std::vector<std::string> all;
     for (const auto& field : type.fields())
-        if (is_number(field) == are_numbers) all.push_back(field.path);
+        if (is_number(field) == are_numbers && field.path.starts_with(prefix)) all.push_back(field.path);
     return all;
 }
 
 std::vector<const Field*> fields_of(const MessageType& type, const std::vector<std::string>& names,
-                                    const char* argument, std::vector<std::string>& problems) {
+                                    const char* argument, std::vector<std::string>& problems,
+                                    const std::string& prefix) {
     std::vector<const Field*> all;
     for (const auto& path : names) {
         const Field* field = type.field(path);
-        if (field == nullptr || !is_number(*field))
+        if (field == nullptr || !is_number(*field) || !path.starts_with(prefix))
             problems.push_back("argument '" + std::string(argument) + "': " + type.name() +
-                               " has no numbers '" + path + "'; it has " + name_list(paths(type, true)));
+                               " has no numbers '" + path + "'; it has " +
+                               name_list(paths(type, true, prefix)));
         else
             all.push_back(field);
     }
     if (names.empty())
         for (const auto& field : type.fields())
-            if (is_number(field)) all.push_back(&field);
+            if (is_number(field) && field.path.starts_with(prefix)) all.push_back(&field);
     return all;
 }
 
@@ -108,13 +110,19 @@ std::vector<Place> FieldInputs::places(Now at, int first) const {
     return all;
 }
 
-double* FieldInputs::copy(Now at, double* to) const noexcept {
+int FieldInputs::size(Now at) const {
+    int size = 0;
+    for (const auto& port : ports_)
+        if (port.is_wired(at)) size += port.count(at);
+    return size;
+}
+
+void FieldInputs::copy(Now at, double* to) const noexcept {
     for (const auto& port : ports_) {
         if (!port.is_wired(at)) continue;
         const double* from = port.data(at);
         to = std::copy(from, from + port.count(at), to);
     }
-    return to;
 }
 
 // ---- outputs

@@ -11,6 +11,9 @@
 
 namespace bf::ros2 {
 
+/// What a block has opened in a run. It is not part of snapshots.
+template <class End> struct Opened { std::shared_ptr<End> end; };
+
 /// A field, and where its numbers are among all of a message.
 struct Place {
     const Field* field;
@@ -18,12 +21,14 @@ struct Place {
 };
 
 bool is_number(const Field& field);
-std::vector<std::string> paths(const MessageType& type, bool are_numbers);
+/// Of those fields whose paths begin so.
+std::vector<std::string> paths(const MessageType& type, bool are_numbers, const std::string& prefix = "");
 
-/// Those of these paths, or all that are numbers where none is named. `problems` gets what is wrong with the
-/// `argument` that names them.
+/// Those of these paths, or all that are numbers where none is named, of those that begin with the prefix.
+/// `problems` gets what is wrong with the `argument` that names them.
 std::vector<const Field*> fields_of(const MessageType& type, const std::vector<std::string>& names,
-                                    const char* argument, std::vector<std::string>& problems);
+                                    const char* argument, std::vector<std::string>& problems,
+                                    const std::string& prefix = "");
 
 /// Texts of a message by their fields, each given as field=text or, where there are several, field=a,b.
 /// `problems` gets what is wrong.
@@ -39,8 +44,10 @@ class FieldInputs {
     /// Those that are wired, the first at `first`; the others stay what messages begin with. Throws
     /// std::runtime_error: more elements than a field has room for.
     std::vector<Place> places(Now at, int first) const;
-    /// Of those that are wired, one behind the other; where they end.
-    double* copy(Now at, double* to) const noexcept;
+    /// How many numbers those have that are wired.
+    int size(Now at) const;
+    /// Of those, one behind the other.
+    void copy(Now at, double* to) const noexcept;
 
   private:
     struct Port {

@@ -4,6 +4,9 @@
 #include <new>
 #include <rosidl_runtime_c/primitives_sequence_functions.h>
 #include <rosidl_runtime_c/string_functions.h>
+#include <sensor_msgs/msg/camera_info.h>
+#include <sensor_msgs/msg/image.h>
+#include <sensor_msgs/msg/point_cloud2.h>
 
 namespace bf::ros2::messages {
 
@@ -22,10 +25,13 @@ MessageMemory type(const rosidl_message_type_support_t* support, T* (*create)(),
                                      package##__msg__##name##__create, package##__msg__##name##__destroy);   \
         return its;                                                                                          \
     }
+BF_MESSAGE(camera_info, sensor_msgs, CameraInfo)
 BF_MESSAGE(clock, rosgraph_msgs, Clock)
+BF_MESSAGE(image, sensor_msgs, Image)
 BF_MESSAGE(imu, sensor_msgs, Imu)
 BF_MESSAGE(joint_state, sensor_msgs, JointState)
 BF_MESSAGE(numbers, std_msgs, Float64MultiArray)
+BF_MESSAGE(point_cloud, sensor_msgs, PointCloud2)
 BF_MESSAGE(trajectory, trajectory_msgs, JointTrajectory)
 BF_MESSAGE(wrench, geometry_msgs, WrenchStamped)
 #undef BF_MESSAGE
@@ -35,6 +41,8 @@ void resize(rosidl_runtime_c__double__Sequence& sequence, std::size_t size) {
     rosidl_runtime_c__double__Sequence__fini(&sequence);
     if (!rosidl_runtime_c__double__Sequence__init(&sequence, size)) throw std::bad_alloc();
 }
+
+std::string text(const rosidl_runtime_c__String& from) { return {from.data, from.size}; }
 
 void assign(rosidl_runtime_c__String& text, const std::string& value) {
     if (!rosidl_runtime_c__String__assignn(&text, value.data(), value.size())) throw std::bad_alloc();
@@ -81,10 +89,10 @@ std::shared_ptr<Service> serve(Node& node, const std::string& name,
 }
 
 namespace {
-template <class Response> std::function<void(const void*)> told(Call::Answered answered) {
-    return [answered = std::move(answered)](const void* response) {
+template <class Response> Client::Answered told(Call::Answered answered) {
+    return [answered = std::move(answered)](const void* response, std::int64_t) {
         const auto& its = *static_cast<const Response*>(response);
-        answered(its.success, {its.message.data, its.message.size});
+        answered(its.success, text(its.message));
     };
 }
 } // namespace

@@ -25,10 +25,13 @@ using Time = builtin_interfaces__msg__Time;
 using Trajectory = trajectory_msgs__msg__JointTrajectory;
 using Wrench = geometry_msgs__msg__WrenchStamped;
 
+const MessageMemory& camera_info();
 const MessageMemory& clock();
+const MessageMemory& image();
 const MessageMemory& imu();
 const MessageMemory& joint_state();
 const MessageMemory& numbers();
+const MessageMemory& point_cloud();
 const MessageMemory& trajectory();
 const MessageMemory& wrench();
 
@@ -47,6 +50,7 @@ template <class T> std::shared_ptr<T> make(const MessageMemory& type) {
 /// Sequences keep their memory where the size stays. They throw std::bad_alloc.
 void resize(rosidl_runtime_c__double__Sequence& sequence, std::size_t size);
 void assign(rosidl_runtime_c__String& text, const std::string& value);
+std::string text(const rosidl_runtime_c__String& from);
 void assign(rosidl_runtime_c__String__Sequence& texts, const std::vector<std::string>& values);
 
 Time time_of(double seconds);
@@ -66,7 +70,7 @@ struct Call {
     std::shared_ptr<void> request;
 
     bool has_server() const noexcept { return client->has_server(); }
-    bool send() noexcept { return client->call(request.get()); }
+    bool send() noexcept { return client->call(request.get()) != 0; }
 };
 Call trigger(Node& node, const std::string& name, Call::Answered answered);
 Call set_bool(Node& node, const std::string& name, bool value, Call::Answered answered);

@@ -71,7 +71,8 @@ class Reader final : public toolbox::StreamReader {
         return Taken::message;
     }
     bool wait(double timeout) noexcept override {
-        state_->bell.wait(timeout, [&] { return is_news(); });
+        state_->bell.wait(
+            timeout, [&] { return is_news(); }, 0);
         return is_news();
     }
     bool has_writer() const noexcept override {
@@ -105,10 +106,7 @@ class Writer final : public toolbox::StreamWriter {
         end_->publisher = node.advertise(messages::numbers(), name, {});
         node.add(end_);
     }
-    ~Writer() override {
-        for (int tries = 0; end_->has_news() && tries < 100; ++tries)
-            std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
+    ~Writer() override { send_last(end_); }
     bool write(const Eigen::Ref<const Eigen::VectorXd>& values) noexcept override {
         end_->newest.write(values.data(), 0);
         node_.bell().ring();

@@ -1,8 +1,12 @@
 #include "node.hpp"
 
+#include "bf/core/interrupt.hpp"
+#include "bf/middleware/clock.hpp"
 #include "messages.hpp"
 
 #include <algorithm>
+#include <cctype>
+#include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <dlfcn.h>
@@ -59,6 +63,26 @@ void check(rcl_ret_t code, const std::string& what) {
     const std::string why = reason();
     throw std::runtime_error(what +
                              (why.empty() ? " (rcl's code " + std::to_string(code) + ")" : ": " + why));
+}
+
+std::string plain(const std::string& name) {
+    std::string text;
+    for (const char letter : name) text += std::isalnum(static_cast<unsigned char>(letter)) ? letter : '_';
+    return text.empty() || std::isdigit(static_cast<unsigned char>(text.front())) ? "s" + text : text;
+}
+
+bool wait_until(double end, const std::function<bool()>& is_so) {
+    while (!is_so()) {
+        if (is_interrupted()) throw std::runtime_error(interrupted);
+        if (middleware::now() > end) return is_so();
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return true;
+}
+
+void send_last(const std::shared_ptr<Sender>& sender) noexcept {
+    for (int tries = 0; sender && sender->has_news() && tries < 100; ++tries)
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
 }
 
 Context::Context(const NodeOptions& options) {
@@ -179,8 +203,7 @@ void Service::take() {
 }
 
 Client::Client(std::shared_ptr<Context> context, const rosidl_service_type_support_t* support,
-               const std::string& name, std::shared_ptr<void> response,
-               std::function<void(const void*)> answered)
+               const std::string& name, std::shared_ptr<void> response, Answered answered)
     : context_(std::move(context)), response_(std::move(response)), answered_(std::move(answered)) {
     const auto options = rcl_client_get_default_options();
     check(rcl_client_init(&handle_, &context_->node, support, name.c_str(), &options),
@@ -192,16 +215,17 @@ bool Client::has_server() const noexcept {
     ignore(rcl_service_server_is_available(&context_->node, &handle_, &has));
     return has;
 }
-bool Client::call(const void* request) noexcept {
+std::int64_t Client::call(const void* request) noexcept {
     std::int64_t number = 0;
     const auto code = rcl_send_request(&handle_, request, &number);
     ignore(code);
-    return code == RCL_RET_OK;
+    return code == RCL_RET_OK ? number : 0;
 }
 void Client::add_to(rcl_wait_set_t& set) { ignore(rcl_wait_set_add_client(&set, &handle_, nullptr)); }
 void Client::take() {
     rmw_request_id_t its{};
-    while (rcl_take_response(&handle_, &its, response_.get()) == RCL_RET_OK) answered_(response_.get());
+    while (rcl_take_response(&handle_, &its, response_.get()) == RCL_RET_OK)
+        answered_(response_.get(), its.sequence_number);
     rcl_reset_error();
 }
 
@@ -272,8 +296,7 @@ std::shared_ptr<Service> Node::serve(const rosidl_service_type_support_t* suppor
 }
 
 std::shared_ptr<Client> Node::client(const rosidl_service_type_support_t* support, const std::string& name,
-                                     std::shared_ptr<void> response,
-                                     std::function<void(const void*)> answered) {
+                                     std::shared_ptr<void> response, Client::Answered answered) {
     return awaited(
         std::make_shared<Client>(context_, support, name, std::move(response), std::move(answered)));
 }
@@ -341,7 +364,9 @@ void Node::send() {
         const auto has_news = [&] {
             return std::any_of(all.begin(), all.end(), [](const auto& each) { return each->has_news(); });
         };
-        if (!is_last) bell_.wait(0.05, [&] { return has_news() || !goes_on_; });
+        if (!is_last)
+            bell_.wait(
+                0.05, [&] { return has_news() || !goes_on_; }, 0);
         for (const auto& each : all)
             if (each->has_news()) each->send();
     }

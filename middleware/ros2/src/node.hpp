@@ -26,6 +26,9 @@ inline constexpr const char* loopback_profile = BF_ROS2_PREFIX "/share/blockfact
 /// Throws std::runtime_error: what failed, and why as rcl says it.
 void check(rcl_ret_t code, const std::string& what);
 
+/// A name of anything as those of ROS 2 and of ports may be.
+std::string plain(const std::string& name);
+
 /// The guarantees of a topic's messages.
 struct Quality {
     int depth = 10;
@@ -118,15 +121,16 @@ class Service final : public Awaited {
 /// The other side of a service.
 class Client final : public Awaited {
   public:
-    /// `answered(response)` is called in the waiting thread for each answer; it owns all that it uses.
+    using Answered = std::function<void(const void* response, std::int64_t call)>;
+    /// `answered` is called in the waiting thread for each answer; it owns all that it uses.
     Client(std::shared_ptr<Context> context, const rosidl_service_type_support_t* support,
-           const std::string& name, std::shared_ptr<void> response,
-           std::function<void(const void*)> answered);
+           const std::string& name, std::shared_ptr<void> response, Answered answered);
     ~Client() override;
     /// Does somebody offer the service?
     bool has_server() const noexcept;
-    /// From any one thread that is no step; the answer comes later. False: it is not sent.
-    bool call(const void* request) noexcept;
+    /// From any one thread that is no step; the answer comes later. The number of the call; 0: it is not
+    /// sent.
+    std::int64_t call(const void* request) noexcept;
     void add_to(rcl_wait_set_t& set) override;
     void take() override;
     Kind kind() const noexcept override { return Kind::answer; }
@@ -135,8 +139,12 @@ class Client final : public Awaited {
     std::shared_ptr<Context> context_;
     rcl_client_t handle_ = rcl_get_zero_initialized_client();
     std::shared_ptr<void> response_;
-    std::function<void(const void*)> answered_;
+    Answered answered_;
 };
+
+/// Waits for what other threads bring, up to that time of middleware::now(); false: it is not so then. Throws
+/// std::runtime_error where the user interrupts it.
+bool wait_until(double end, const std::function<bool()>& is_so);
 
 /// What the sending thread sends, when somebody has left something.
 class Sender {
@@ -145,6 +153,8 @@ class Sender {
     virtual bool has_news() const noexcept = 0;
     virtual void send() = 0;
 };
+/// Waits until what was left last is sent, behind the last step.
+void send_last(const std::shared_ptr<Sender>& sender) noexcept;
 
 /// A node in a running diagram. Its threads run from open() to close().
 class Node {
@@ -165,7 +175,7 @@ class Node {
                                    std::shared_ptr<void> request, std::shared_ptr<void> response,
                                    std::function<void(const void*, void*)> answer);
     std::shared_ptr<Client> client(const rosidl_service_type_support_t* support, const std::string& name,
-                                   std::shared_ptr<void> response, std::function<void(const void*)> answered);
+                                   std::shared_ptr<void> response, Client::Answered answered);
     /// The sending thread looks at it as long as somebody else has it, too.
     void add(const std::shared_ptr<Sender>& sender);
     /// Wakes the sending thread; in steps, too.

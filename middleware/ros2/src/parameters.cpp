@@ -28,6 +28,7 @@ namespace bf::ros2 {
 namespace {
 
 using messages::assign;
+using messages::text;
 using middleware::ParameterSource;
 using middleware::ServedParameter;
 using Kind = ServedParameter::Kind;
@@ -134,8 +135,6 @@ void describe(const ServedParameter& parameter, rcl_interfaces__msg__ParameterDe
         to.integer_range.data[0].to_value = static_cast<std::int64_t>(std::min(parameter.maximum, most));
     }
 }
-
-std::string text(const rosidl_runtime_c__String& from) { return {from.data, from.size}; }
 
 class Parameters final : public middleware::ServedParameters {
   public:

@@ -149,4 +149,7 @@ extern "C" void bf_plugin_v1(bf::Library& library) {
     bf::ros2::add_network(library);
     bf::ros2::add_topics(library);
     bf::ros2::add_calls(library);
+    bf::ros2::add_goals(library);
+    bf::ros2::add_cameras(library);
+    bf::ros2::add_transforms(library);
 }

@@ -1,7 +1,6 @@
 #include "robot.hpp"
 
 #include "bf/base/names.hpp"
-#include "bf/core/interrupt.hpp"
 #include "bf/core/value.hpp"
 #include "bf/middleware/bell.hpp"
 #include "bf/middleware/clock.hpp"
@@ -89,13 +88,14 @@ class Robot final : public toolbox::RobotConnection {
             node_.subscribe(messages::joint_state(), options_.states, newest, [this](const void* message) {
                 take(*static_cast<const messages::JointState*>(message));
             });
-        clock_ = node_.subscribe(messages::clock(), "/clock", newest, [this](const void* message) {
-            // A time that stands still brings no new state, and the newest one counts on.
+        // A time that stands still brings no new state, and the newest one counts on.
+        const auto stands = [this](const void* message) {
             const auto& time = static_cast<const messages::Clock*>(message)->clock;
             const std::lock_guard lock(mutex_);
             if (messages::seconds(time) != stamp_) return;
             came_ = (came_.array() > 0).select(middleware::now(), came_);
-        });
+        };
+        if (options_.step_size == 0) clock_ = node_.subscribe(messages::clock(), "/clock", newest, stands);
         for (auto& sensor : wrenches_) {
             sensor.values.setZero(middleware::wrench_size);
             sensor.stamp = never;
@@ -134,8 +134,7 @@ class Robot final : public toolbox::RobotConnection {
             return std::all_of(publishers_.begin(), publishers_.end(),
                                [](const auto& each) { return each.second.end->readers() > 0; });
         };
-        for (const double until = middleware::now() + 0.3; !are_heard() && middleware::now() < until;)
-            std::this_thread::sleep_for(std::chrono::milliseconds(5));
+        wait_until(middleware::now() + 0.3, are_heard);
         if (options_.step_size > 0) halt(end);
     }
     void stop() noexcept override {
@@ -165,12 +164,17 @@ class Robot final : public toolbox::RobotConnection {
     bool advance(int steps) noexcept {
         for (; steps > 0; --steps) {
             due_ += options_.step_size;
-            if (!std::exchange(is_written_, false)) step_.send();
-            bell_.wait(longest_step, [&] { return are_there(); });
-            if (are_there()) continue;
+            const bool is_asked = std::exchange(is_written_, false) || step_.send();
+            if (is_asked)
+                bell_.wait(
+                    longest_step, [&] { return are_there(); }, 0);
+            if (is_asked && are_there()) continue;
             const std::lock_guard lock(mutex_);
             std::snprintf(error_, sizeof error_, "does not go on from t = %.9g s%s%s", stamp_,
-                          why_not_[0] == '\0' ? "; look at its server" : ": ", why_not_);
+                          !is_asked             ? ", as a call of its service 'robot/step' is not sent"
+                          : why_not_[0] == '\0' ? "; look at its server"
+                                                : ": ",
+                          why_not_);
             return false;
         }
         return true;
@@ -325,18 +329,11 @@ class Robot final : public toolbox::RobotConnection {
                                             answered(is_done, why);
                                             *answer = is_done ? good : bad;
                                         });
-        const auto wait_for = [&](auto&& is_so) {
-            while (!is_so() && middleware::now() < end) {
-                if (is_interrupted()) throw std::runtime_error(interrupted);
-                std::this_thread::sleep_for(std::chrono::milliseconds(2));
-            }
-            return is_so();
-        };
-        if (!wait_for([&] { return step_.has_server() && pause.has_server(); }))
+        if (!wait_until(end, [&] { return step_.has_server() && pause.has_server(); }))
             throw std::runtime_error(
                 "it has no services 'robot/step' and 'robot/pause', as those of bf serve "
                 "--ros2; with step_size: 0 its time goes on by itself");
-        if (pause.send()) wait_for([&] { return *answer != nothing; });
+        if (pause.send()) wait_until(end, [&] { return *answer != nothing; });
         if (*answer != good) {
             const std::lock_guard lock(mutex_);
             throw std::runtime_error(
@@ -346,25 +343,20 @@ class Robot final : public toolbox::RobotConnection {
         std::this_thread::sleep_for(std::chrono::milliseconds(20)); // a step under way ends
         due_ = time();
         is_written_ = false;
-        if (!wait_for([&] { return are_there(); }))
+        if (!wait_until(end, [&] { return are_there(); }))
             throw std::runtime_error("its sensors tell nothing of t = " + Value(due_).describe() +
                                      " s, at which it stands still; correct their topics");
     }
     void wait_for_all(double end) {
-        std::vector<std::string> missing;
-        for (;;) {
-            missing.clear();
-            {
-                const std::lock_guard lock(mutex_);
-                for (Eigen::Index i = 0; i < n_; ++i)
-                    if (came_[i] < 0) missing.push_back(options_.joints[static_cast<std::size_t>(i)]);
-            }
-            if (missing.empty()) return;
-            if (is_interrupted()) throw std::runtime_error(interrupted);
-            if (middleware::now() > end) break;
-            std::this_thread::sleep_for(std::chrono::milliseconds(2));
-        }
+        const auto have_all_come = [&] {
+            const std::lock_guard lock(mutex_);
+            return (came_.array() >= 0).all();
+        };
+        if (wait_until(end, have_all_come)) return;
         const std::lock_guard lock(mutex_);
+        std::vector<std::string> missing;
+        for (Eigen::Index i = 0; i < n_; ++i)
+            if (came_[i] < 0) missing.push_back(options_.joints[static_cast<std::size_t>(i)]);
         const std::string within = " within " + Value(0.9 * options_.start_timeout).describe() + " s";
         if (names_.empty())
             throw std::runtime_error("no message came on the topic '" + options_.states + "'" + within +

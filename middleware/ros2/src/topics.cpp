@@ -1,6 +1,5 @@
 // Topics of any type of message that this machine has, whose fields are ports.
 #include "bf/base/names.hpp"
-#include "bf/core/interrupt.hpp"
 #include "bf/middleware/clock.hpp"
 #include "bf/middleware/exchange.hpp"
 #include "blocks.hpp"
@@ -9,16 +8,12 @@
 #include <algorithm>
 #include <atomic>
 #include <stdexcept>
-#include <thread>
 
 namespace bf::ros2 {
 
 namespace {
 
 using middleware::ExchangeBuffer;
-
-/// What a block has opened in a run. It is not part of snapshots.
-template <class End> struct Opened { std::shared_ptr<End> end; };
 
 /// What Publish and Subscribe have in common.
 class Topic : public Block {
@@ -159,11 +154,10 @@ class Publish final : public Topic {
     Scratch<std::vector<double>> values{this, [] { return std::vector<double>(); }};
 
     void start(Now at) const override {
-        auto places = inputs_.places(at, 1);
-        const int size = places.empty() ? 0 : places.back().first + places.back().size - 1;
+        const int size = inputs_.size(at);
         Node& its = at[node];
         its.open();
-        auto end = std::make_shared<Outgoing>(its.context(), type_, std::move(places), size, stamp_,
+        auto end = std::make_shared<Outgoing>(its.context(), type_, inputs_.places(at, 1), size, stamp_,
                                               *stamp == "model");
         for (const auto& [field, its_texts] : texts_) field->write(end->message.get(), its_texts);
         end->publisher = its.advertise(type_->memory(), topic, quality());
@@ -172,11 +166,8 @@ class Publish final : public Topic {
         at[outgoing].end = std::move(end);
     }
     void stop(Now at) const noexcept override {
-        auto& end = at[outgoing].end;
-        // The last message is sent, too.
-        for (int tries = 0; end && end->has_news() && tries < 100; ++tries)
-            std::this_thread::sleep_for(std::chrono::milliseconds(1));
-        end.reset();
+        send_last(at[outgoing].end);
+        at[outgoing].end.reset();
     }
 
     Status output(Now at, Out) const noexcept override {
@@ -286,15 +277,11 @@ class Subscribe final : public Topic {
             if (const auto still = to.lock()) still->take(message);
         });
         at[incoming].end = end;
-        for (const double until = middleware::now() + start_timeout;
-             *start_timeout > 0 && end->newest.newest() == 0 && bool(failure(*end));) {
-            if (is_interrupted()) throw std::runtime_error(interrupted);
-            if (middleware::now() > until)
-                throw std::runtime_error("no message of '" + *topic + "' came within " +
-                                         Value(*start_timeout).describe() +
-                                         " s; start who sends it, or correct topic, type or reliability");
-            std::this_thread::sleep_for(std::chrono::milliseconds(1));
-        }
+        const auto has_come = [&] { return end->newest.newest() > 0 || !failure(*end); };
+        if (*start_timeout > 0 && !wait_until(middleware::now() + start_timeout, has_come))
+            throw std::runtime_error("no message of '" + *topic + "' came within " +
+                                     Value(*start_timeout).describe() +
+                                     " s; start who sends it, or correct topic, type or reliability");
     }
     void stop(Now at) const noexcept override { at[incoming].end.reset(); }
 

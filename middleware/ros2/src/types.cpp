@@ -1,5 +1,7 @@
 #include "types.hpp"
 
+#include "messages.hpp"
+
 #include <algorithm>
 #include <cctype>
 #include <cmath>
@@ -9,7 +11,6 @@
 #include <filesystem>
 #include <limits>
 #include <new>
-#include <rosidl_runtime_c/string_functions.h>
 #include <rosidl_typesupport_introspection_c/field_types.h>
 #include <sstream>
 #include <stdexcept>
@@ -97,11 +98,14 @@ struct Name {
                    std::all_of(word.begin(), word.end(),
                                [](unsigned char c) { return std::isalnum(c) || c == '_'; });
         };
+        const std::string usual = usual_kind;
         if (parts.size() != 3 || !std::all_of(parts.begin(), parts.end(), is_name) || text.back() == '/')
-            throw std::runtime_error("'" + text + "' is no type of " +
-                                     (std::strcmp(usual_kind, "msg") == 0
-                                          ? "message; write package/msg/Type, such as sensor_msgs/msg/Imu"
-                                          : "service; write package/srv/Type, such as std_srvs/srv/SetBool"));
+            throw std::runtime_error(
+                "'" + text + "' is no type of " +
+                (usual == "msg"   ? "message; write package/msg/Type, such as sensor_msgs/msg/Imu"
+                 : usual == "srv" ? "service; write package/srv/Type, such as std_srvs/srv/SetBool"
+                                  : "action; write package/action/Type, such as "
+                                    "control_msgs/action/FollowJointTrajectory"));
         package = parts[0];
         kind = parts[1];
         type = parts[2];
@@ -128,7 +132,7 @@ void* open_library(const std::string& package, const char* support) {
     return dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL); // in a package of bf deploy they are its own
 }
 
-/// `what` is a message or a service.
+/// `what` is a message, a service or an action.
 template <class Support> const Support* support_of(const Name& name, const char* kind, const char* what) {
     void* library = open_library(name.package, kind);
     if (library == nullptr) {
@@ -225,6 +229,18 @@ ServiceType ServiceType::find(const std::string& text) {
     return type;
 }
 
+ActionType ActionType::find(const std::string& text) {
+    const Name name(text, "action");
+    const std::string whole = name.package + "/" + name.kind + "/" + name.type;
+    // A type that is none is called as it was written, and not as what is made of it.
+    support_of<rosidl_action_type_support_t>(name, "rosidl_typesupport_c", "action");
+    return {.goal = ServiceType::find(whole + "_SendGoal"),
+            .result = ServiceType::find(whole + "_GetResult"),
+            .cancel = ServiceType::find("action_msgs/srv/CancelGoal"),
+            .feedback = MessageType::find(whole + "_FeedbackMessage"),
+            .status = MessageType::find("action_msgs/msg/GoalStatusArray")};
+}
+
 // ---- fields
 
 std::string Field::port() const {
@@ -287,17 +303,14 @@ void Field::write(void* message, const double* values, std::size_t count) const 
 }
 
 std::string Field::text(const void* message) const {
-    const auto& its =
-        *reinterpret_cast<const rosidl_runtime_c__String*>(static_cast<const char*>(message) + parts[0]);
-    return {its.data, its.size};
+    return messages::text(
+        *reinterpret_cast<const rosidl_runtime_c__String*>(static_cast<const char*>(message) + parts[0]));
 }
 
 void Field::write(void* message, const std::vector<std::string>& texts) const {
     void* at = static_cast<char*>(message) + parts[0];
     const auto assign = [](void* to, const std::string& text) {
-        if (!rosidl_runtime_c__String__assignn(static_cast<rosidl_runtime_c__String*>(to), text.data(),
-                                               text.size()))
-            throw std::bad_alloc();
+        messages::assign(*static_cast<rosidl_runtime_c__String*>(to), text);
     };
     if (kind == Kind::text) {
         assign(at, texts.empty() ? "" : texts.front());

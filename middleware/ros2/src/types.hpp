@@ -74,4 +74,14 @@ struct ServiceType {
     const rosidl_service_type_support_t* support = nullptr;
 };
 
+/// A type of action, from its libraries: services and topics that its clients and servers have, each with the
+/// id of a goal, and what is of the type under goal, feedback and result.
+struct ActionType {
+    /// `name` as in control_msgs/action/FollowJointTrajectory. Throws std::runtime_error.
+    static ActionType find(const std::string& name);
+
+    ServiceType goal{}, result{}, cancel{};
+    std::shared_ptr<const MessageType> feedback = nullptr, status = nullptr;
+};
+
 } // namespace bf::ros2

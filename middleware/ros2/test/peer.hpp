@@ -9,8 +9,10 @@
 #include <fstream>
 #include <gtest/gtest.h>
 #include <poll.h>
+#include <sched.h>
 #include <signal.h>
 #include <string>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 #include <vector>
@@ -38,16 +40,20 @@ struct Folder {
         std::filesystem::temp_directory_path() / ("bf_ros2_test_" + std::to_string(getpid()));
 };
 
-/// Another program, which is ended by force.
+/// Another program, which is ended by force; in another network where one is given.
 class Program {
   public:
-    explicit Program(std::vector<std::string> words) {
+    explicit Program(std::vector<std::string> words, int network = -1) {
         int ends[2];
         if (pipe2(ends, O_CLOEXEC) != 0) return;
         process_ = fork();
         if (process_ == 0) {
+            prctl(PR_SET_PDEATHSIG, SIGKILL); // it does not outlive a test that is ended
+            if (network >= 0) setns(network, CLONE_NEWNET);
             dup2(ends[1], STDOUT_FILENO);
-            setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST", 1);
+            setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", network >= 0 ? "SUBNET" : "LOCALHOST", 1);
+            setenv("AMENT_PREFIX_PATH", BF_ROS2_MESSAGES ":" BF_ROS2_PREFIX, 1);
+            setenv("PYTHONPATH", BF_ROS2_MESSAGES "/lib/python3.11/site-packages", 1);
             std::vector<char*> arguments;
             for (auto& word : words) arguments.push_back(word.data());
             arguments.push_back(nullptr);
@@ -61,6 +67,7 @@ class Program {
         end();
         close(out_);
     }
+    void signal(int which) const { kill(process_, which); }
     /// Its exit code; -1: it has none.
     int end(int signal = SIGKILL) {
         if (process_ <= 0) return -1;
@@ -96,7 +103,8 @@ class Program {
 /// test/peer.py. Its verbs are said there.
 class Peer : public Program {
   public:
-    explicit Peer(std::vector<std::string> words) : Program(with_python(std::move(words))) {}
+    explicit Peer(std::vector<std::string> words, int network = -1)
+        : Program(with_python(std::move(words)), network) {}
     static bool is_there() { return access(BF_ROS2_PREFIX "/lib/python3.11/site-packages/rclpy", R_OK) == 0; }
 
   private:

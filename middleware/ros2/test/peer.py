@@ -1,12 +1,15 @@
 """Programs of ROS 2 that are not ours, over rclpy: the other side of the tests.
 
 peer.py echo TYPE TOPIC N            prints N messages, a line each
+peer.py latched TYPE TOPIC N         the same of a topic whose messages stay for those who come later
 peer.py send TYPE TOPIC HZ EXPR      sends what EXPR makes of m and k, the number of the message, until it is ended
 peer.py effort NAMESPACE KP KD N     drives a served robot to 0 by efforts, a command for each of N states
 peer.py answer NAMESPACE N LATE      answers N states by efforts, each that comes, a fifth of them LATE s late
 peer.py path NAMESPACE JOINT X       sends a trajectory to X, and prints where the joint is until it is there
 peer.py call NAME TYPE EXPR          calls a service with what EXPR makes of r, and prints the answer
 peer.py offer NAME TYPE EXPR         offers a service that answers what EXPR makes of a, for the request r and its number k
+peer.py camera TOPIC                 prints what a camera shows: its time, heads of its messages, and how its points agree with its depths
+peer.py pursue NAME TYPE CODE        serves an action: CODE handles each goal g by its handle h, feedback f and result r; prints what it does
 peer.py parameters NODE EXPR...      prints what a client c of the node's parameters answers to each EXPR, a line each; P(name, value)
 """
 
@@ -14,11 +17,15 @@ import importlib
 import sys
 import time
 
+import numpy as np
 import rclpy
+from rclpy.action import ActionServer, CancelResponse, GoalResponse
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.executors import MultiThreadedExecutor
 from rclpy.parameter import Parameter
 from rclpy.parameter_client import AsyncParameterClient
-from rclpy.qos import QoSProfile, qos_profile_sensor_data
-from sensor_msgs.msg import JointState
+from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
+from sensor_msgs.msg import CameraInfo, Image, JointState, PointCloud2
 from std_msgs.msg import Float64MultiArray
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
@@ -35,7 +42,7 @@ def say(*words):
     print(*words, flush=True)
 
 
-def echo(name, topic, count):
+def echo(name, topic, count, profile=qos_profile_sensor_data):
     left = int(count)
 
     def take(message):
@@ -43,10 +50,14 @@ def echo(name, topic, count):
         say(message)
         left -= 1
 
-    node.create_subscription(type_of(name), topic, take, qos_profile_sensor_data)
+    node.create_subscription(type_of(name), topic, take, profile)
     say("ready")
     while left > 0:
         rclpy.spin_once(node)
+
+
+def latched(name, topic, count):
+    echo(name, topic, count, QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL))
 
 
 def send(name, topic, rate, expression):
@@ -152,6 +163,67 @@ def offer(name, kind, expression):
     rclpy.spin(node)
 
 
+def camera(topic):
+    of = {}
+
+    def listen(kind, its):
+        def take(message):
+            of.setdefault((message.header.stamp.sec, message.header.stamp.nanosec), {})[its] = message
+
+        node.create_subscription(kind, f"{topic}/{its}", take, 10)
+
+    for kind, its in ((Image, "image_raw"), (Image, "depth/image_raw"), (PointCloud2, "points"), (CameraInfo, "camera_info")):
+        listen(kind, its)
+    say("ready")
+    while not (whole := [(time, its) for time, its in of.items() if len(its) == 4]):
+        rclpy.spin_once(node)
+    (seconds, nanoseconds), its = whole[0]
+    say(seconds + 1e-9 * nanoseconds)
+    image, depth, cloud, info = (its[name] for name in ("image_raw", "depth/image_raw", "points", "camera_info"))
+    for m in (image, depth):
+        say(m.encoding, m.height, m.width, m.step, m.is_bigendian, m.header.frame_id, len(m.data))
+    say(*(f"{f.name}:{f.offset}:{f.datatype}:{f.count}" for f in cloud.fields), cloud.height, cloud.width, cloud.point_step)
+    say(cloud.row_step, cloud.is_dense, cloud.header.frame_id, len(cloud.data))
+    say(info.distortion_model, list(info.d), info.height, info.width, info.header.frame_id)
+    rgb = np.frombuffer(bytes(image.data), np.uint8).reshape(image.height, image.width, 3)
+    z = np.frombuffer(bytes(depth.data), np.float32).reshape(depth.height, depth.width)
+    points = np.frombuffer(bytes(cloud.data), np.dtype([("xyz", "<f4", 3), ("bgr0", "u1", 4)])).reshape(z.shape)
+    near = np.isfinite(z)
+    v, u = np.mgrid[: z.shape[0], : z.shape[1]]
+    k = np.array(info.k).reshape(3, 3)
+    # Each point is on the ray of its pixel, at its depth.
+    rays = np.linalg.solve(k, np.stack([u, v, np.ones_like(u)]).reshape(3, -1).astype(float)).T.reshape(*z.shape, 3)
+    error = np.abs(points["xyz"] - rays * z[..., None])[near].max()
+    colours = (points["bgr0"][..., 2::-1] == rgb).all()
+    say(error, bool(colours), bool(np.isnan(points["xyz"][~near]).all()), int((~near).sum()))
+    say(k[0, 0], k[0, 2], k[1, 1], k[1, 2], np.allclose(np.array(info.p).reshape(3, 4)[:, :3], k))
+    say(z.dtype, z[50, 80], *rgb[50, 80], z[0, 0], *rgb[0, 0])
+    box = rgb[..., 0] > rgb[..., 1]
+    say(*np.argwhere(box).min(0), *np.argwhere(box).max(0))
+
+
+def pursue(name, kind, code):
+    its = type_of(kind)
+
+    def take(g):
+        say("goal", g.target, list(g.weights), g.frame)
+        return GoalResponse.ACCEPT if g.target >= 0 else GoalResponse.REJECT
+
+    def cancel(_):
+        say("cancel")
+        return CancelResponse.ACCEPT
+
+    def execute(h):
+        f, r = its.Feedback(), its.Result()
+        exec(code, {"g": h.request, "h": h, "f": f, "r": r, "time": time, "say": say})
+        return r
+
+    group = ReentrantCallbackGroup()
+    _server = ActionServer(node, its, name, execute, goal_callback=take, cancel_callback=cancel, callback_group=group)
+    say("ready")
+    rclpy.spin(node, MultiThreadedExecutor(4))
+
+
 def parameters(name, *expressions):
     def make(key, value):
         return Parameter(key, value=value)
@@ -166,6 +238,6 @@ def parameters(name, *expressions):
 
 
 try:
-    {f.__name__: f for f in (echo, send, effort, answer, path, call, offer, parameters)}[sys.argv[1]](*sys.argv[2:])
+    {f.__name__: f for f in (echo, latched, send, effort, answer, path, call, offer, camera, pursue, parameters)}[sys.argv[1]](*sys.argv[2:])
 except KeyboardInterrupt:
     pass

@@ -1,36 +1,16 @@
 // Messages of any type, to and from programs of ROS 2 that are not ours.
 #include "heap.hpp"
+#include "models.hpp"
 #include "peer.hpp"
-#include "running.hpp"
 
-#include <functional>
 #include <thread>
 
 namespace bf::ros2::test {
 namespace {
 
-using toolbox::test::expect_contains;
-using toolbox::test::refusal;
-using toolbox::test::Running;
-
-std::string model(const std::string& blocks, const std::string& connections = "",
-                  const std::string& inputs = "", const std::string& node = "") {
-    return "model: m\nplugins: [Ros2, WholeBodyToolbox]\nstep: 0.01\n" +
-           (inputs.empty() ? "" : "inputs: {" + inputs + "}\n") + "blocks:\n  node: {block: Ros2/Node" +
-           node + "}\n" + blocks + (connections.empty() ? "" : "connections: {" + connections + "}\n");
-}
 std::string publish(const std::string& settings) { return "  p: {block: Ros2/Publish" + settings + "}\n"; }
 std::string subscribe(const std::string& settings) {
     return "  s: {block: Ros2/Subscribe" + settings + "}\n";
-}
-
-/// Steps until it is so; false: it never was.
-bool steps_until(Running& run, const std::function<bool()>& is_so) {
-    for (int k = 0; k < 5000; ++k, usleep(1000)) {
-        if (!run.step()) return false;
-        if (is_so()) return true;
-    }
-    return false;
 }
 
 } // namespace

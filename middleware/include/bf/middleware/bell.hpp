@@ -27,11 +27,14 @@ struct Bell {
         if (sleepers.load() != 0) call(FUTEX_WAKE, INT_MAX, nullptr);
     }
 
-    /// Waits until `is_there()`, at most `timeout` s, or until it is interrupted.
-    template <class F> void wait(double timeout, F&& is_there) noexcept {
+    /// Who steps a robot answers soon, mostly: sleeping and being woken takes longer than that, s.
+    static constexpr double usual_watch = 50e-6;
+
+    /// Waits until `is_there()`, at most `timeout` s, or until it is interrupted. It looks for `watch` s
+    /// before it sleeps, which takes a processor: 0 where other threads are to bring what is waited for.
+    template <class F> void wait(double timeout, F&& is_there, double watch = usual_watch) noexcept {
         const double begin = now(), end = begin + timeout;
-        // Who steps a robot answers soon, mostly: sleeping and being woken takes longer than that.
-        for (double time = begin; time < std::min(begin + 50e-6, end); time = now())
+        for (double time = begin; time < std::min(begin + watch, end); time = now())
             for (int looked = 0; looked < 32; ++looked) {
                 if (is_there()) return;
                 pause();

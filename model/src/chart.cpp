@@ -17,6 +17,13 @@ constexpr const char *states_setting = "states", *transitions_setting = "transit
                      *initial_setting = "initial";
 constexpr std::size_t columns = 4;
 
+constexpr const char* state_name_rule = "it begins with a letter and has letters, digits and '_' alone";
+bool is_identifier(const std::string& name) {
+    const auto is_letter = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_'; };
+    return !name.empty() && std::ranges::all_of(name, is_letter) &&
+           !std::isdigit(static_cast<unsigned char>(name[0]));
+}
+
 struct Span {
     std::size_t begin = 0, end = 0;
 };
@@ -310,7 +317,26 @@ ChartEditor Editor::chart_at(const std::string& path) {
 
 bool Editor::is_chart(const std::string& path) const {
     const Block* const block = find(std::as_const(model_), path);
-    return block && has_chart(*block);
+    return block ? has_chart(*block) : nested_at(path).has_value();
+}
+
+std::optional<std::pair<std::string, std::string>> Editor::nested_at(const std::string& path) const {
+    const Block* const block = find(std::as_const(model_), path);
+    auto found = block && has_chart(*block) ? std::pair(path, std::string()) : split_chart(model_, path);
+    if (found.first.empty() || !NestedChart::is_in(*find(std::as_const(model_), found.first))) return {};
+    return found;
+}
+
+void Editor::edit_nested(const std::string& machine, const std::function<void(NestedChart&)>& change) {
+    Block& block = block_at(machine);
+    try {
+        NestedChart chart(block);
+        change(chart);
+        const auto setting = named(block.settings, chart_setting);
+        if (setting->value.text != chart.text()) setting->value.text = chart.text();
+    } catch (const NestedChart::Refusal& refused) {
+        refuse(where(block, chart_setting), machine, refused.message, refused.remedy);
+    }
 }
 
 std::size_t Editor::state_of(const ChartEditor& editor, const std::string& path,
@@ -345,6 +371,16 @@ void Editor::add_state(const operations::Add& add) {
     if (!add.block.type.empty() || add.block.system || add.block.reference)
         refuse(block_at(add.system).where, add.system, "a chart has states, and no blocks",
                "add a block with a name alone");
+    if (const auto nested = nested_at(add.system)) {
+        const auto& [machine, inside] = *nested;
+        if (!is_identifier(add.block.name))
+            refuse(block_at(machine).where, add.system, "'" + add.block.name + "' is no name for a state",
+                   state_name_rule);
+        edit_nested(machine,
+                    [&, inside = inside](NestedChart& chart) { chart.add_state(inside, add.block.name); });
+        if (add.at) (*this)(operations::Move{joined(add.system, add.block.name), *add.at});
+        return;
+    }
     ChartEditor editor = chart_at(add.system);
     require_free_state(editor, add.system, add.block.name);
     editor.add_state(add.block.name);
@@ -352,6 +388,13 @@ void Editor::add_state(const operations::Add& add) {
 }
 
 void Editor::remove_state(const std::string& machine, const std::string& name) {
+    if (nested_at(machine)) {
+        edit_nested(machine, [&](NestedChart& chart) { chart.remove_state(name); });
+        return follow([&](const std::string& path) -> std::vector<std::string> {
+            if (rest_under(path, joined(machine, name))) return {};
+            return {path};
+        });
+    }
     ChartEditor editor = chart_at(machine);
     const std::size_t state = state_of(editor, machine, name);
     if (editor.chart().states.size() == 1)
@@ -382,6 +425,12 @@ void Editor::renumber(const std::string& machine, const Chart& before, const std
 
 void Editor::rename_state(const std::string& machine, const std::string& name, const std::string& to) {
     if (name == to) return;
+    if (nested_at(machine)) {
+        if (!is_identifier(to))
+            refuse(block_at(machine).where, machine, "'" + to + "' is no name for a state", state_name_rule);
+        edit_nested(machine, [&](NestedChart& chart) { chart.rename_state(name, to); });
+        return move_paths(joined(machine, name), joined(machine, joined(split_last(name).first, to)));
+    }
     ChartEditor editor = chart_at(machine);
     const std::size_t state = state_of(editor, machine, name);
     require_free_state(editor, machine, to);
@@ -390,12 +439,20 @@ void Editor::rename_state(const std::string& machine, const std::string& name, c
 }
 
 void Editor::connect_states(const operations::Connect& connect) {
+    if (const auto nested = nested_at(connect.system))
+        return edit_nested(nested->first, [&](NestedChart& chart) {
+            chart.connect(joined(nested->second, connect.from), joined(nested->second, connect.to));
+        });
     ChartEditor editor = chart_at(connect.system);
     editor.add_transition(state_of(editor, connect.system, connect.from),
                           state_of(editor, connect.system, connect.to));
 }
 
 void Editor::disconnect_states(const operations::Disconnect& disconnect) {
+    if (const auto nested = nested_at(disconnect.system))
+        return edit_nested(nested->first, [&](NestedChart& chart) {
+            chart.disconnect(joined(nested->second, disconnect.to));
+        });
     ChartEditor editor = chart_at(disconnect.system);
     const auto transition = editor.find_transition(disconnect.to);
     if (!transition) refuse_transition(editor, disconnect.system, disconnect.to);
@@ -407,6 +464,8 @@ void Editor::disconnect_states(const operations::Disconnect& disconnect) {
 }
 
 void Editor::set_in_chart(const std::string& machine, const std::string& name, const operations::Set& set) {
+    if (nested_at(machine))
+        return edit_nested(machine, [&](NestedChart& chart) { chart.set(name, set.name, set.value); });
     ChartEditor editor = chart_at(machine);
     if (const auto transition = editor.find_transition(name)) {
         const std::size_t column = set.name == "condition" ? 2 : 3;
@@ -427,6 +486,11 @@ void Editor::set_in_chart(const std::string& machine, const std::string& name, c
 }
 
 std::vector<Property> chart_properties(const Block& block, const std::string& name) {
+    if (NestedChart::is_in(block)) try {
+            return NestedChart(block).properties(name);
+        } catch (const NestedChart::Refusal& refused) {
+            throw Errors({{block.where, block.name, refused.message, refused.remedy}});
+        }
     const auto chart = chart_of(block);
     if (!chart) return {};
     for (std::size_t i = 0; i < chart->transitions.size(); ++i)

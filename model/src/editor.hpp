@@ -4,8 +4,10 @@
 #include "bf/model/edit.hpp"
 #include "bf/model/operation.hpp"
 #include "chart.hpp"
+#include "nested_chart.hpp"
 
 #include <algorithm>
+#include <functional>
 
 /// How operations change a model, which is a copy that is thrown away when one refuses.
 namespace bf::model {
@@ -131,6 +133,10 @@ class Editor {
 
     // Of the chart of a state machine, whose states are drawn as blocks and whose transitions as wires.
     bool is_chart(const std::string& path) const;
+    /// The machine around a path whose chart has states in states, or that itself, and the rest of the path.
+    std::optional<std::pair<std::string, std::string>> nested_at(const std::string& path) const;
+    /// Changes that chart, and says where it refuses.
+    void edit_nested(const std::string& machine, const std::function<void(NestedChart&)>& change);
     ChartEditor chart_at(const std::string& path);
     std::size_t state_of(const ChartEditor& editor, const std::string& path, const std::string& name) const;
     [[noreturn]] void refuse_transition(const ChartEditor& editor, const std::string& path,

@@ -201,5 +201,117 @@ TEST(Chart, TellsWhatCanBeSetOfStatesAndTransitions) {
     EXPECT_FALSE(properties(machine(), "machine.move")[0].value);
 }
 
+// ---- with states in states
+
+Model nested() {
+    Model model = machine();
+    Block& block = *find(model, "machine");
+    block.settings = {
+        {.name = "chart",
+         .value = {
+             .text =
+                 R"x({"inputs": ["force"], "variables": {"up": "0"}, "outputs": ["work", "work.down"], "states": )x"
+                 R"x({"idle": {"transitions": [{"to": "last", "if": "force > 2 & ~work", "do": "up = 1"}]}, )x"
+                 R"x("work": {"initial": "down", "transitions": [{"to": "idle", "on": "done.state.work"}], )x"
+                 R"x("states": {"last": {"history": "shallow", "to": "down"}, )x"
+                 R"x("up": {"transitions": [{"to": "down"}, {"to": ["idle"], "on": ["a", "b"], "if": "work.down + down == up"}]}, )x"
+                 R"x("down": {}}}}})x",
+             .quotes = Quotes::literal}}};
+    model.layout.blocks = {{.path = "machine.work.down", .at = {1, 2}}};
+    model.layout.wires.clear();
+    return model;
+}
+std::string chart(const Model& model) { return text(model, "chart"); }
+bool has(const Model& model, const std::string& part) { return chart(model).find(part) != std::string::npos; }
+
+TEST(NestedChart, StatesAreAddedAtEachLevel) {
+    Model model = after(nested(), Add{"machine.work", {.name = "hold"}, {}, Point{10, 20}});
+    EXPECT_TRUE(has(model, R"("down": {}, "hold": {}}}})")) << chart(model);
+    EXPECT_EQ(model.layout.blocks.back().path, "machine.work.hold");
+    model = after(model, Add{"machine.work.hold", {.name = "inside"}});
+    EXPECT_TRUE(has(model, R"("hold": {"states": {"inside": {}}}}}})")) << chart(model);
+    model = after(model, Add{"machine", {.name = "off"}});
+    EXPECT_TRUE(has(model, R"(, "off": {}}})")) << chart(model);
+    EXPECT_EQ(find(model, "machine")->find_setting("chart")->value.quotes, Quotes::literal);
+}
+
+TEST(NestedChart, WhateverNamesAStateFollowsItsNewName) {
+    Model model = after(nested(), Rename{"machine.work.down", "low"});
+    for (const char* part :
+         {R"("outputs": ["work", "work.low"])", R"("initial": "low")", R"("history": "shallow", "to": "low")",
+          R"([{"to": "low"}, )", R"("if": "work.low + low == up")", R"("low": {}}}}})"})
+        EXPECT_TRUE(has(model, part)) << part << "\n" << chart(model);
+    EXPECT_EQ(model.layout.blocks[0].path, "machine.work.low");
+    model = after(nested(), Rename{"machine.work", "go"});
+    for (const char* part : {R"("outputs": ["go", "go.down"])", R"("if": "force > 2 & ~go", "do": "up = 1")",
+                             R"("on": "done.state.go")", R"("if": "go.down + down == up")"})
+        EXPECT_TRUE(has(model, part)) << part << "\n" << chart(model);
+    EXPECT_EQ(model.layout.blocks[0].path, "machine.go.down");
+    model = after(nested(), Rename{"machine.work.up", "high"});
+    EXPECT_TRUE(has(model, R"(down == up"}]})")) << "the variable has that name " << chart(model);
+}
+
+TEST(NestedChart, AStateIsRemovedWithWhatLeadsThere) {
+    Model model = after(nested(), Remove{"machine.idle"});
+    EXPECT_FALSE(has(model, "idle")) << chart(model);
+    EXPECT_TRUE(has(model, R"("up": {"transitions": [{"to": "down"}]})")) << chart(model);
+    model = after(nested(), Remove{"machine.work.down"});
+    EXPECT_FALSE(has(model, R"("initial")")) << chart(model);
+    EXPECT_TRUE(model.layout.blocks.empty());
+}
+
+TEST(NestedChart, TransitionsComeAndGoByTheStateThatTheyLeave) {
+    Model model = after(nested(), Connect{"machine.work", "down", "up"});
+    EXPECT_TRUE(has(model, R"("down": {"transitions": [{"to": "up"}]}})")) << chart(model);
+    model = after(model, Disconnect{"machine.work", "up", "up.1"});
+    EXPECT_TRUE(has(model, R"("up": {"transitions": [{"to": ["idle"])")) << chart(model);
+    model = after(model, Disconnect{"machine", "work", "work.up.1"});
+    EXPECT_TRUE(has(model, R"("up": {},)")) << chart(model);
+}
+
+TEST(NestedChart, ActionsAndConditionsAreProperties) {
+    const auto value = [](const Model& model, const std::string& path, const std::string& name) {
+        for (const auto& property : properties(model, path))
+            if (property.name == name) return property.value.value_or("none");
+        return std::string("unknown");
+    };
+    EXPECT_EQ(value(nested(), "machine.idle.1", "if"), "force > 2 & ~work");
+    EXPECT_EQ(value(nested(), "machine.work.up.2", "on"), "[a, b]");
+    EXPECT_EQ(value(nested(), "machine.work", "initial"), "down");
+    EXPECT_EQ(value(nested(), "machine.work.down", "initial"), "unknown");
+    EXPECT_EQ(value(nested(), "machine.work.last", "history"), "shallow");
+    Model model = after(nested(), Set{"machine.work.down", "entry", "up = 0"});
+    model = after(model, Set{"machine.work.up.2", "on", "[c, d]"});
+    model = after(model, Set{"machine.work.up.2", "if", {}});
+    model = after(model, Set{"machine.work.up.1", "after", "0.5"});
+    for (const char* part : {R"("down": {"entry": "up = 0"})", R"({"to": ["idle"], "on": ["c", "d"]})",
+                             R"({"to": "down", "after": "0.5"})"})
+        EXPECT_TRUE(has(model, part)) << part << "\n" << chart(model);
+}
+
+TEST(NestedChart, RefusesWhatCannotBeAndSaysWhatToDo) {
+    for (const auto& [operation, expected] : std::vector<std::pair<Operation, std::string>>{
+             {Add{"machine.work", {.name = "up"}},
+              "machine: there is a state 'up' already; use another name"},
+             {Add{"machine.work", {.name = "1st"}}, "machine.work: '1st' is no name for a state; it begins "
+                                                    "with a letter and has letters, digits and "
+                                                    "'_' alone"},
+             {Rename{"machine.work.up", "down"},
+              "machine: there is a state 'down' already; use another name"},
+             {Remove{"machine.work.upp"},
+              "machine: there is no state or transition 'work.upp'; did you mean 'work.up'?"},
+             {Connect{"machine.work", "last", "up"},
+              "machine: 'work.last' is a history, which has no transitions; set its `to`"},
+             {Disconnect{"machine.work", "up", "up.7"},
+              "machine: there is no transition 'work.up.7'; look at the chart"},
+             {Set{"machine.work.up.1", "iff", "1"},
+              "machine: there is no 'iff' to set here; did you mean 'if'?"}})
+        EXPECT_EQ(refusal(operation, nested()), expected) << to_json(operation);
+    Model model = nested();
+    find(model, "machine")->settings[0].value.text = R"({"file": "plan.scxml"})";
+    EXPECT_EQ(refusal(Add{"machine", {.name = "a"}}, model),
+              "machine: its states stand in the file plan.scxml; edit that file");
+}
+
 } // namespace
 } // namespace bf::model

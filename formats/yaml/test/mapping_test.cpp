@@ -54,6 +54,17 @@ TEST(Mappings, KeepTheirTextWhereOtherThingsChange) {
     EXPECT_EQ(write_yaml(model), expected);
 }
 
+TEST(Mappings, AreWrittenWhereTheirStatesAreEditedAndReadBackAsTheyAre) {
+    Model model = read_text(machine);
+    History history;
+    history.edit(model, operations::Rename{"machine.run", "go"});
+    EXPECT_EQ(chart(model).find("run"), std::string::npos);
+    const std::string text = write_yaml(model);
+    EXPECT_EQ(read_text(text), model) << text;
+    history.undo(model);
+    EXPECT_EQ(write_yaml(model), machine);
+}
+
 TEST(Mappings, HaveEachKeyOnceAndStandAtChartsAlone) {
     const auto refusal = [](const std::string& text) -> std::string {
         try {

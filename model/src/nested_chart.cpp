@@ -1,0 +1,344 @@
+#include "nested_chart.hpp"
+
+#include "bf/base/names.hpp"
+#include "bf/model/chart.hpp"
+#include "bf/model/edit.hpp"
+#include "bf/model/listed.hpp"
+#include "bf/model/suggest.hpp"
+
+#include <algorithm>
+#include <cctype>
+
+namespace bf::model {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+bool is_number(const std::string& text) {
+    return !text.empty() && std::isdigit(static_cast<unsigned char>(text[0])) != 0;
+}
+bool is_letter(char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_'; }
+
+/// The states inside, which are all active at once where they are `regions`.
+const char* inside_of(const Json& state) { return state.contains("regions") ? "regions" : "states"; }
+
+const std::vector<std::string> actions{"entry", "during", "exit"};
+const std::vector<std::string> transition_keys{"to", "on", "if", "after", "every", "do", "internal"};
+
+bool is_list(const std::string& key) { return key == "to" || key == "on" || key == "initial"; }
+
+std::string written(const Json& value) {
+    if (!value.is_array()) return value.is_string() ? value.get<std::string>() : value.dump();
+    std::string list;
+    for (const auto& item : value) list += (list.empty() ? "" : ", ") + listed(written(item));
+    return "[" + list + "]";
+}
+
+/// With blanks, as the reader of documents writes mappings.
+std::string spaced(const Json& value) {
+    std::string items;
+    if (value.is_object())
+        for (const auto& [key, item] : value.items())
+            items += (items.empty() ? "" : ", ") + Json(key).dump() + ": " + spaced(item);
+    else if (value.is_array())
+        for (const auto& item : value) items += (items.empty() ? "" : ", ") + spaced(item);
+    else
+        return value.dump();
+    return value.is_object() ? "{" + items + "}" : "[" + items + "]";
+}
+
+/// As many names from the end of a path as there are in another one.
+std::string as_much_of(const std::string& path, const std::string& other) {
+    auto dot = path.rfind('.');
+    for (auto dots = std::ranges::count(other, '.'); dots > 0 && dot != path.npos; --dots)
+        dot = dot > 0 ? path.rfind('.', dot - 1) : path.npos;
+    return dot == path.npos ? path : path.substr(dot + 1);
+}
+
+void rename_key(Json& map, const std::string& from, const std::string& to) {
+    Json renamed = Json::object();
+    for (auto& [key, value] : map.items()) renamed[key == from ? to : key] = std::move(value);
+    map = std::move(renamed);
+}
+
+} // namespace
+
+bool NestedChart::is_in(const Block& block) {
+    const Setting* const setting = has_chart(block) ? block.find_setting(chart_setting) : nullptr;
+    return setting && setting->value.text.starts_with("{");
+}
+
+NestedChart::NestedChart(const Block& block)
+    : json_(Json::parse(block.find_setting(chart_setting)->value.text, nullptr, false)) {
+    if (!json_.is_object()) throw Refusal{"its `chart` is no mapping", "edit it in the file"};
+    if (json_.contains("file"))
+        throw Refusal{"its states stand in the file " + written(json_["file"]), "edit that file"};
+}
+
+const NestedChart::Json* NestedChart::find(const std::string& path) const {
+    const Json* at = &json_;
+    for (std::string rest = path; !rest.empty();) {
+        const std::string name = rest.substr(0, rest.find('.'));
+        rest.erase(0, name.size() + 1);
+        const auto inside = at->is_object() ? at->find(inside_of(*at)) : at->end();
+        if (!at->is_object() || inside == at->end() || !inside->is_object() || !inside->contains(name))
+            return nullptr;
+        at = &(*inside)[name];
+    }
+    return at;
+}
+
+NestedChart::Json& NestedChart::state_at(const std::string& path) {
+    const Json* const found = find(path);
+    if (!found) {
+        std::vector<std::string> known;
+        visit([&](const std::string& other, Json&) { known.push_back(other); });
+        throw Refusal{"there is no state or transition '" + path + "'", did_you_mean(path, known)};
+    }
+    Json& state = const_cast<Json&>(*found);
+    if (!state.is_object()) state = Json::object(); // `idle:` without anything
+    return state;
+}
+
+const NestedChart::Json* NestedChart::transition_at(const std::string& path, std::string* state,
+                                                    std::size_t* place) const {
+    std::string at = path, number;
+    while (is_number(split_last(at).second)) std::tie(at, number) = split_last(at);
+    const Json* const source = number.empty() || at.empty() ? nullptr : find(at);
+    if (!source || !source->is_object() || !source->contains("transitions")) return nullptr;
+    const Json& all = (*source)["transitions"];
+    const std::size_t found = std::stoul(number.substr(0, 6)) - 1;
+    if (!all.is_array() || found >= all.size() || !all[found].is_object()) return nullptr;
+    *state = at, *place = found;
+    return &all[found];
+}
+
+void NestedChart::visit(const std::function<void(const std::string&, Json&)>& on_state) {
+    const auto below = [&](const auto& self, const std::string& path, Json& around) -> void {
+        const auto inside = around.is_object() ? around.find(inside_of(around)) : around.end();
+        if (!around.is_object() || inside == around.end() || !inside->is_object()) return;
+        for (auto& [name, state] : inside->items()) {
+            on_state(joined(path, name), state);
+            self(self, joined(path, name), state);
+        }
+    };
+    below(below, "", json_);
+}
+
+std::string NestedChart::resolved(const std::string& name, const std::string& from) const {
+    if (find(name)) return name;
+    for (std::string around = from; !around.empty(); around = split_last(around).first)
+        if (find(joined(around, name))) return joined(around, name);
+    std::string only;
+    int count = 0;
+    const_cast<NestedChart*>(this)->visit([&](const std::string& path, Json&) {
+        if (split_last(path).second != name) return;
+        only = path;
+        ++count;
+    });
+    return count == 1 ? only : "";
+}
+
+std::string NestedChart::name_of(const std::string& path, const std::string& from) const {
+    for (auto dot = path.rfind('.'); dot != path.npos && dot > 0; dot = path.rfind('.', dot - 1))
+        if (const std::string end = path.substr(dot + 1); resolved(end, from) == path) return end;
+    return path;
+}
+
+void NestedChart::each_name(const std::function<void(const std::string&, std::string&)>& on_name) {
+    const auto each = [&](const std::string& from, Json& value) {
+        const auto one = [&](Json& text) {
+            if (text.is_string()) on_name(from, text.get_ref<std::string&>());
+        };
+        if (value.is_array())
+            for (auto& item : value) one(item);
+        else
+            one(value);
+    };
+    const auto of = [&](const std::string& from, Json& map, const char* key) {
+        if (map.is_object() && map.contains(key)) each(from, map[key]);
+    };
+    of("", json_, "outputs");
+    of("", json_, "initial");
+    visit([&](const std::string& path, Json& state) {
+        of(path, state, "initial");
+        of(split_last(path).first, state, "to"); // of a history, which names what is beside it
+        if (state.is_object() && state.contains("transitions") && state["transitions"].is_array())
+            for (auto& transition : state["transitions"]) of(path, transition, "to");
+    });
+}
+
+void NestedChart::add_state(const std::string& inside, const std::string& name) {
+    Json& around = inside.empty() ? json_ : state_at(inside);
+    Json& states = around[inside_of(around)];
+    if (states.is_null()) states = Json::object();
+    if (states.contains(name)) throw Refusal{"there is a state '" + name + "' already", "use another name"};
+    states[name] = Json::object();
+}
+
+void NestedChart::rename_state(const std::string& path, const std::string& name) {
+    const auto [around, old] = split_last(path);
+    state_at(path);
+    const std::string renamed = joined(around, name);
+    if (find(renamed)) throw Refusal{"there is a state '" + name + "' already", "use another name"};
+    // What means the state, or one inside of it, before and under its new name.
+    const auto now = [&](const std::string& meant) {
+        const auto rest = rest_under(meant, path);
+        return rest ? renamed + *rest : std::string();
+    };
+    std::vector<std::pair<std::string, std::string>> meant; // of all names in their order
+    each_name([&](const std::string& from, std::string& text) {
+        meant.emplace_back(from, now(resolved(text, from)));
+    });
+    // Formulas read states by these names, unless something else has them.
+    std::vector<std::string> others{"time", "period", "time_in_state"};
+    for (const char* key : {"inputs", "parameters"})
+        if (json_.contains(key) && json_[key].is_array())
+            for (const auto& one : json_[key]) others.push_back(written(one));
+    if (json_.contains("variables"))
+        for (const auto& [key, value] : json_["variables"].items())
+            others.push_back(json_["variables"].is_object() ? key : written(value));
+    const auto in_formulas = [&](const std::string& from, std::string text) {
+        std::string result;
+        for (std::size_t at = 0; at < text.size();) {
+            std::size_t end = at;
+            while (end < text.size() && (is_letter(text[end]) || (end > at && text[end] == '.'))) ++end;
+            std::string word = text.substr(at, std::max<std::size_t>(end - at, 1));
+            const bool is_name = end > at && !is_number(word) && (at == 0 || text[at - 1] != '.');
+            if (is_name && std::ranges::find(others, word) == others.end())
+                if (const std::string its = now(resolved(word, from)); !its.empty())
+                    word = as_much_of(its, word);
+            result += word;
+            at += std::max<std::size_t>(end - at, 1);
+        }
+        return result;
+    };
+    visit([&](const std::string& at, Json& state) {
+        const auto change = [&](Json& map, const std::string& key) {
+            if (map.is_object() && map.contains(key) && map[key].is_string())
+                map[key] = in_formulas(at, map[key].get<std::string>());
+        };
+        for (const char* key : {"entry", "during", "exit", "begin"}) change(state, key);
+        if (!state.is_object() || !state.contains("transitions") || !state["transitions"].is_array()) return;
+        for (auto& transition : state["transitions"]) {
+            for (const char* key : {"if", "after", "every", "do"}) change(transition, key);
+            if (!transition.is_object() || !transition.contains("on")) continue;
+            const auto event = [&](Json& one) {
+                if (one == "done.state." + old && resolved(old, path) == path) one = "done.state." + name;
+            };
+            if (transition["on"].is_array())
+                for (auto& one : transition["on"]) event(one);
+            else
+                event(transition["on"]);
+        }
+    });
+    Json& states = around.empty() ? json_ : state_at(around);
+    rename_key(states[inside_of(states)], old, name);
+    std::size_t i = 0;
+    each_name([&](const std::string& from, std::string& text) {
+        const std::string& its = meant[i++].second;
+        if (its.empty()) return;
+        text = as_much_of(its, text);
+        if (resolved(text, from) != its) text = name_of(its, from);
+    });
+}
+
+void NestedChart::remove_state(const std::string& path) {
+    const auto [around, name] = split_last(path);
+    state_at(path);
+    const auto is_gone = [&](const Json& text, const std::string& from) {
+        return text.is_string() && rest_under(resolved(text.get<std::string>(), from), path).has_value();
+    };
+    const auto leads_there = [&](const Json& goals, const std::string& from) {
+        return goals.is_array() ? std::ranges::any_of(goals, [&](const Json& g) { return is_gone(g, from); })
+                                : is_gone(goals, from);
+    };
+    // First of all what leads there, as long as names mean what they mean.
+    if (json_.contains("initial") && leads_there(json_["initial"], "")) json_.erase("initial");
+    visit([&](const std::string& at, Json& state) {
+        if (!state.is_object()) return;
+        if (state.contains("initial") && leads_there(state["initial"], at)) state.erase("initial");
+        if (!state.contains("transitions") || !state["transitions"].is_array()) return;
+        std::erase_if(state["transitions"].get_ref<Json::array_t&>(), [&](const Json& transition) {
+            return transition.is_object() && transition.contains("to") && leads_there(transition["to"], at);
+        });
+        if (state["transitions"].empty()) state.erase("transitions");
+    });
+    Json& outer = around.empty() ? json_ : state_at(around);
+    const char* const key = inside_of(outer);
+    if (around.empty() && outer[key].size() == 1)
+        throw Refusal{"a chart has at least one state", "add another one first"};
+    outer[key].erase(name);
+    if (outer[key].empty()) outer.erase(key);
+}
+
+void NestedChart::connect(const std::string& from, const std::string& to) {
+    Json& source = state_at(from);
+    state_at(to);
+    if (source.contains("history"))
+        throw Refusal{"'" + from + "' is a history, which has no transitions", "set its `to`"};
+    source["transitions"].push_back(Json{{"to", name_of(to, from)}});
+}
+
+void NestedChart::disconnect(const std::string& transition) {
+    std::string state;
+    std::size_t place = 0;
+    if (!transition_at(transition, &state, &place))
+        throw Refusal{"there is no transition '" + transition + "'", "look at the chart"};
+    Json& source = state_at(state);
+    source["transitions"].erase(place);
+    if (source["transitions"].empty()) source.erase("transitions");
+}
+
+std::vector<Property> NestedChart::properties(const std::string& path) const {
+    std::string state;
+    std::size_t place = 0;
+    const Json* at = transition_at(path, &state, &place);
+    std::vector<std::string> keys = transition_keys;
+    if (!at) {
+        at = find(path);
+        if (!at) {
+            const_cast<NestedChart*>(this)->state_at(path); // throws
+            return {};
+        }
+        const bool has_history = at->is_object() && at->contains("history");
+        keys = has_history ? std::vector<std::string>{"history", "to"} : actions;
+        if (at->is_object() && at->contains("states")) keys.insert(keys.end(), {"initial", "begin"});
+    }
+    std::vector<Property> all;
+    for (const auto& key : keys) {
+        Property property{.name = key};
+        if (at->is_object() && at->contains(key)) property.value = written((*at)[key]);
+        if (key == "internal") property.choices = {"true"};
+        if (key == "history") property.choices = {"shallow", "deep"};
+        all.push_back(std::move(property));
+    }
+    return all;
+}
+
+void NestedChart::set(const std::string& path, const std::string& name,
+                      const std::optional<std::string>& value) {
+    const auto known = properties(path);
+    if (std::ranges::find(known, name, &Property::name) == known.end()) {
+        std::vector<std::string> names;
+        for (const auto& property : known) names.push_back(property.name);
+        throw Refusal{"there is no '" + name + "' to set here", did_you_mean(name, names)};
+    }
+    std::string state;
+    std::size_t place = 0;
+    const bool is_transition = transition_at(path, &state, &place) != nullptr;
+    Json& at = is_transition ? state_at(state)["transitions"][place] : state_at(path);
+    if (!value || value->empty()) {
+        at.erase(name);
+    } else if (is_list(name) && value->starts_with('[')) {
+        at[name] = Json::array();
+        for (const auto& item : listed_texts(*value)) at[name].push_back(item.text);
+    } else {
+        at[name] = *value;
+    }
+}
+
+std::string NestedChart::text() const { return spaced(json_); }
+
+} // namespace bf::model

@@ -1,0 +1,63 @@
+#pragma once
+
+#include "bf/model/operation.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace bf::model {
+
+/// Edits the chart of a state machine whose states have states inside, which its setting holds as JSON.
+/// States have paths, "work.up", and transitions numbers, "work.up.1" for the first one that leaves that
+/// state.
+class NestedChart {
+  public:
+    /// Why something cannot be done.
+    struct Refusal {
+        std::string message, remedy;
+    };
+
+    /// Has the block such a chart?
+    static bool is_in(const Block& block);
+    /// Throws Refusal where the states stand in another file.
+    explicit NestedChart(const Block& block);
+
+    bool has_state(const std::string& path) const { return find(path) != nullptr; }
+    /// `inside` is the path of the state around, empty for the chart itself.
+    void add_state(const std::string& inside, const std::string& name);
+    /// Whatever names the state, transitions, histories, formulas and outputs, follows.
+    void rename_state(const std::string& path, const std::string& name);
+    /// With the states inside of it, and the transitions that lead there.
+    void remove_state(const std::string& path);
+    void connect(const std::string& from, const std::string& to);
+    void disconnect(const std::string& transition);
+    /// What properties() names; none: it is no longer given.
+    void set(const std::string& path, const std::string& name, const std::optional<std::string>& value);
+    std::vector<Property> properties(const std::string& path) const;
+
+    /// As the reader writes the setting.
+    std::string text() const;
+
+  private:
+    using Json = nlohmann::ordered_json;
+
+    const Json* find(const std::string& path) const;
+    Json& state_at(const std::string& path);
+    /// The transitions of the state that the path of one begins with, and its place; null: it is none.
+    const Json* transition_at(const std::string& path, std::string* state, std::size_t* place) const;
+    void visit(const std::function<void(const std::string& path, Json& state)>& on_state);
+    /// The path of the state that a text means where it stands in the state `from`; empty: none.
+    std::string resolved(const std::string& name, const std::string& from) const;
+    /// Each text that names states: goals, initial states and outputs.
+    void each_name(const std::function<void(const std::string& from, std::string& name)>& on_name);
+    /// The shortest text that means a state where it stands in another one.
+    std::string name_of(const std::string& path, const std::string& from) const;
+
+    Json json_;
+};
+
+} // namespace bf::model

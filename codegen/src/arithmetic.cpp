@@ -20,15 +20,22 @@ bool depends_on(const TermPtr& x, int argument) {
            std::any_of(x->of.begin(), x->of.end(), [&](const auto& y) { return depends_on(y, argument); });
 }
 
+/// As the printer calls them.
+void add_functions(const TermPtr& x, std::set<std::string>& functions) {
+    if (x->kind == TermKind::call) functions.insert(x->op);
+    if (x->kind == TermKind::conversion) functions.insert("as");
+    for (const auto& one : x->of) add_functions(one, functions);
+}
+
 } // namespace
 
-std::optional<std::vector<std::string>> arithmetic(std::string_view name,
-                                                   const std::vector<Argument>& arguments, int list_from,
-                                                   int list_size) {
+std::optional<Equations> arithmetic(std::string_view name, const std::vector<Argument>& arguments,
+                                    int list_from, int list_size) {
     const auto traced = trace(name, arguments, list_from, list_size, most_terms);
     if (!traced || !is_number(traced->fails, 0)) return {};
     const auto& terms = traced->terms;
-    std::vector<std::string> lines;
+    Equations equations;
+    auto& lines = equations.lines;
     for (int a = 0; a < static_cast<int>(arguments.size()); ++a) {
         const auto& target = arguments[static_cast<std::size_t>(a)];
         const auto& its = terms[static_cast<std::size_t>(a)];
@@ -43,6 +50,7 @@ std::optional<std::vector<std::string>> arithmetic(std::string_view name,
         bool is_uniform = count > 1;
         for (int e = 0; e < count; ++e) {
             if (is_kept(e) || !fits(its[static_cast<std::size_t>(e)], target.type)) return {};
+            add_functions(its[static_cast<std::size_t>(e)], equations.functions);
             is_uniform = is_uniform && line(e, e) == line(0, 0);
         }
         // Its old value would have to outlive the line.
@@ -57,7 +65,7 @@ std::optional<std::vector<std::string>> arithmetic(std::string_view name,
     if (lines.empty() || static_cast<int>(lines.size()) > most_lines) return {};
     for (const auto& line : lines)
         if (line.size() > longest_text && name != kernels::Expression::name) return {};
-    return lines;
+    return equations;
 }
 
 } // namespace bf::codegen

@@ -6,6 +6,7 @@
 #include "bf/core/declaration.hpp"
 
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -22,10 +23,14 @@ struct Argument {
     std::vector<double> values = {}; ///< of a constant
 };
 
-/// Statements of one line each, or nothing for a kernel that is more than arithmetic on such operands.
+struct Equations {
+    std::vector<std::string> lines;  ///< a statement each
+    std::set<std::string> functions; ///< of bf::generated::math that they call
+};
+
+/// Nothing for a kernel that is more than arithmetic on such operands.
 /// `list_from` and `list_size` tell which arguments are a list, as in bf::Call.
-std::optional<std::vector<std::string>> arithmetic(std::string_view kernel,
-                                                   const std::vector<Argument>& arguments, int list_from,
-                                                   int list_size);
+std::optional<Equations> arithmetic(std::string_view kernel, const std::vector<Argument>& arguments,
+                                    int list_from, int list_size);
 
 } // namespace bf::codegen

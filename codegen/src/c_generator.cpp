@@ -273,7 +273,7 @@ std::string CGenerator::runge_kutta(const Calls& calls) const {
     const auto give_up = [&](const std::string& good) {
         return indented(unless(good, "model->continuous = model->start;\nreturn false;\n"), 4);
     };
-    body += give_up(calls.derivatives) + "    model->slopes[0] = model->rates;\n";
+    body += give_up(called(calls.derivatives)) + "    model->slopes[0] = model->rates;\n";
     const double h =
         real() == Type::float32 ? static_cast<double>(static_cast<float>(diagram_.step)) : diagram_.step;
     const auto with_tableau = [&](auto&& f) {
@@ -307,8 +307,8 @@ std::string CGenerator::runge_kutta(const Calls& calls) const {
         const double c =
             with_tableau([&]<const kernels::ButcherTableau & method>() { return method.c[stage]; });
         body += "    " + time_ + " = t + (" + literal(c, real()) + " * " + literal(diagram_.step, real()) +
-                ");\n" + give_up(calls.inside) + give_up(calls.derivatives) + "    model->slopes[" +
-                number(stage) + "] = model->rates;\n";
+                ");\n" + give_up(called(calls.inside)) + give_up(called(calls.derivatives)) +
+                "    model->slopes[" + number(stage) + "] = model->rates;\n";
     }
     for (const auto& field : continuous_)
         body +=
@@ -341,10 +341,10 @@ std::string CGenerator::crossings(const Calls& calls) {
                    " = change;\n" + found + " = " + found + " || (change != " + c_literal(0, real()) + ");\n";
         });
     }
-    return evaluation("compute_again", calls.again, "After an event.") +
+    return evaluation("compute_again", called(calls.again), "After an event.") +
            "// Guards are 1 where they rose through 0, -1 where they fell, else 0.\n" +
            head_of("find_crossings") + "\n{\n    " + type + " change;\n" + indented(lost, 4) +
-           indented(unless(calls.guards, "return false;\n"), 4) + "    " + found + " = false;\n" +
+           indented(unless(called(calls.guards), "return false;\n"), 4) + "    " + found + " = false;\n" +
            indented(looks, 4) + "    return true;\n}\n\n";
 }
 

@@ -169,12 +169,13 @@ std::string CGenerator::source(const Calls& calls) {
                          4);
     body += "bool " + p + "initialize" + parameter + "\n{\n" + initial +
             Generator::text_of(program_.start, program::first, 4) + "    return true;\n}\n\n";
-    std::string middle = is_split() ? "" : evaluation("compute", calls.outputs, "The signals of the step.");
+    std::string middle =
+        is_split() ? "" : evaluation("compute", called(calls.outputs), "The signals of the step.");
     middle += procedure_functions() + task_functions(calls);
     if (has_continuous_states()) middle += runge_kutta(calls);
     if (!guards_.empty()) middle += crossings(calls);
     body += "bool " + p + "compute_constants" + parameter + "\n{\n" +
-            (calls.constants == "true" ? "    (void)model;\n" : "") + "    return " + calls.constants +
+            (calls.constants.empty() ? "    (void)model;\n" : "") + "    return " + called(calls.constants) +
             ";\n}\n\n";
     body += "bool " + p + "output" + parameter + "\n{\n" + unless_failed();
     if (is_split()) {
@@ -196,7 +197,7 @@ std::string CGenerator::source(const Calls& calls) {
     body += "double " + p + "time(const " + p + "model *model)\n{\n    return (double)model->steps * " +
             upper(file_) + "_PERIOD;\n}\n";
     std::string pieces;
-    for (const auto& piece : pieces_) pieces += piece + "\n";
+    for (const auto& piece : pieces_) pieces += definition_of(piece) + "\n";
     std::string declarations;
     for (const auto& declaration : declarations_) declarations += declaration + "\n";
     for (const auto& procedure : procedures_) declarations += declaration_of(procedure) + "\n";

@@ -4,6 +4,7 @@
 #include "texts.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace bf::codegen {
 
@@ -155,8 +156,9 @@ std::string Generator::text_of(const Statements& statements, program::Pass pass,
         const auto last =
             std::find_if(first, statements.end(), [](const Statement& s) { return s.kind != Kind::set; });
         if (last - first > options_.statements_per_function) {
-            text += indented(unless(functions("initial", guarded({first, last}, pass)), "return false;\n"),
-                             indent);
+            text += indented(
+                unless(called(functions("initial", guarded({first, last}, pass))), "return false;\n"),
+                indent);
             first = last;
         } else {
             if (first->passes & pass) text += indented(text_of(*first, pass), indent);
@@ -164,6 +166,24 @@ std::string Generator::text_of(const Statements& statements, program::Pass pass,
         }
     }
     return text;
+}
+
+Printed Generator::printed(const Statement& s, program::Pass pass) {
+    std::string text = text_of(s, pass);
+    return {std::move(text), is_differentiable(s)};
+}
+
+/// What control decides jumps; only equations change with what they are of.
+bool Generator::is_differentiable(const Statement& s) const {
+    switch (s.kind) {
+    case Kind::run: return differentiable_.contains({s.node, s.phase, s.index});
+    case Kind::rest: return true;
+    case Kind::repeat:
+        return s.signal.node < 0 && s.when.empty() &&
+               std::all_of(s.body.begin(), s.body.end(),
+                           [&](const Statement& one) { return is_differentiable(one); });
+    default: return false;
+    }
 }
 
 std::string Generator::text_of(const Statement& s, program::Pass pass) {
@@ -391,9 +411,10 @@ int Generator::guard_count() const {
 
 std::string Generator::crossings_functions(const Calls& calls) const {
     const std::string count = number(guard_count());
-    return "// After an event.\nbool " + class_ + "::compute_again() noexcept { return " + calls.again +
-           "; }\n\nbool " + class_ + "::find_crossings() noexcept {\n    forget(elements<Real>(guards_), " +
-           count + "); // of subsystems that do not run\n    if (!(" + calls.guards +
+    return "// After an event.\nbool " + class_ + "::compute_again() noexcept { return " +
+           called(calls.again) + "; }\n\nbool " + class_ +
+           "::find_crossings() noexcept {\n    forget(elements<Real>(guards_), " + count +
+           "); // of subsystems that do not run\n    if (!(" + called(calls.guards) +
            ")) return false;\n    " + flag(crossed_flag()) +
            " = bf::generated::find_crossings(elements<Real>(guards_), elements<Real>(guards_before_), " +
            count + ");\n    return true;\n}\n\n";
@@ -416,7 +437,7 @@ std::vector<Guarded> Generator::guarded(const Statements& statements, program::P
         if (is_conditional || all.empty() || !all.back().condition.empty())
             all.push_back({is_conditional ? condition(s.when) : "", {}});
         for (const auto& one : is_conditional ? s.body : Statements{s})
-            if (s.passes & one.passes & pass) all.back().statements.push_back(text_of(one, pass));
+            if (s.passes & one.passes & pass) all.back().statements.push_back(printed(one, pass));
     }
     return all;
 }
@@ -428,36 +449,35 @@ void Generator::print_outputs(const Statements& outputs, Calls& calls) {
         std::vector<Guarded> all;
     };
     std::vector<Part> parts;
-    const auto add = [&](const std::string& when, const std::string& text, int passes) {
+    const auto add = [&](const std::string& when, const Printed& statement, int passes) {
         if (parts.empty() || parts.back().passes != passes) parts.push_back({passes, {}});
         auto& all = parts.back().all;
         if (all.empty() || all.back().condition != when) all.push_back({when, {}});
-        all.back().statements.push_back(text);
+        all.back().statements.push_back(statement);
     };
     for (const auto& s : outputs)
         for (const auto& one : s.kind == Kind::when ? s.body : Statements{s}) {
-            std::vector<std::pair<std::string, int>> texts; // and the passes of each
+            std::vector<std::pair<Printed, int>> texts; // and the passes of each
             for (const auto pass : {program::first, program::again, program::inside}) {
                 if (!(s.passes & one.passes & pass)) continue;
-                const std::string text = text_of(one, pass);
-                if (texts.empty() || texts.back().first != text) texts.emplace_back(text, 0);
+                Printed its = printed(one, pass);
+                if (texts.empty() || texts.back().first.text != its.text)
+                    texts.emplace_back(std::move(its), 0);
                 texts.back().second |= pass;
             }
             if (one.passes & program::inside) calls.inner_statements += size_of({one});
             for (const auto& [text, passes] : texts)
                 add(s.kind == Kind::when ? condition(s.when) : "", text, passes);
         }
-    const auto append = [](std::string& to, const std::string& more) {
-        if (more != "true") to = (to.empty() || to == "true" ? "" : to + " && ") + more;
+    const auto append = [](PieceNumbers& to, const PieceNumbers& more) {
+        to.insert(to.end(), more.begin(), more.end());
     };
     for (const auto& [passes, all] : parts) {
-        const std::string some = functions("outputs", all);
+        const PieceNumbers some = functions("outputs", all);
         if (passes & program::first) append(calls.outputs, some);
         if (passes & program::again) append(calls.again, some);
         if (passes & program::inside) append(calls.inside, some);
     }
-    for (auto* text : {&calls.outputs, &calls.again, &calls.inside})
-        if (text->empty()) *text = "true";
 }
 
 /// Computations stand in functions of their own.
@@ -466,7 +486,8 @@ std::string Generator::update_body(const Statements& all) {
     for (auto first = all.begin(); first != all.end();) {
         const auto last = std::find_if_not(first, all.end(), is_computation);
         if (last != first) {
-            text += indented(unless(functions("updates", guarded({first, last})), "return false;\n"), 4);
+            text +=
+                indented(unless(called(functions("updates", guarded({first, last}))), "return false;\n"), 4);
             first = last;
         } else {
             text += indented(text_of(*first++), 4);
@@ -475,36 +496,41 @@ std::string Generator::update_body(const Statements& all) {
     return text;
 }
 
-std::string Generator::functions(const std::string& family, const std::vector<Guarded>& all) {
-    std::string calls, body;
-    int statements = 0;
+std::string Generator::called(const PieceNumbers& pieces) const {
+    std::string text;
+    for (const int i : pieces)
+        text += (text.empty() ? "" : " && ") + call_of(pieces_[static_cast<std::size_t>(i)].name);
+    return text.empty() ? "true" : text;
+}
+
+PieceNumbers Generator::functions(const std::string& family, const std::vector<Guarded>& all) {
+    PieceNumbers made;
+    Piece piece;
     const auto finish = [&] {
-        if (statements == 0) return;
-        const std::string name = family + "_" + number(++piece_numbers_[family]);
-        declarations_.push_back(declaration_of(name));
-        pieces_.push_back(flatten_ + head_of(name) + " {\n" + body + "    return true;\n}\n");
-        piece_statements_.push_back(statements);
-        calls += (calls.empty() ? "" : " && ") + call_of(name);
-        body.clear();
-        statements = 0;
+        if (piece.statements == 0) return;
+        piece.name = family + "_" + number(++piece_numbers_[family]);
+        declarations_.push_back(declaration_of(piece.name));
+        made.push_back(static_cast<int>(pieces_.size()));
+        pieces_.push_back(std::exchange(piece, {}));
     };
     for (const auto& g : all) {
         const int indent = g.condition.empty() ? 4 : 8;
         bool is_open = false;
         std::string title; // of the statement before
         const auto close = [&] {
-            if (is_open && !g.condition.empty()) body += "    }\n";
+            if (is_open && !g.condition.empty()) piece.body += "    }\n";
             is_open = false;
         };
-        for (const auto& statement : g.statements) {
+        for (const auto& [statement, is_differentiable] : g.statements) {
             if (statement.empty()) continue;
-            if (!is_open && !g.condition.empty()) body += "    if (" + g.condition + ") {\n";
+            if (!is_open && !g.condition.empty()) piece.body += "    if (" + g.condition + ") {\n";
             is_open = true;
+            piece.is_differentiable = piece.is_differentiable && is_differentiable && g.condition.empty();
             const auto line = statement.starts_with("//") ? statement.find('\n') + 1 : 0;
             const bool goes_on = line > 0 && title == statement.substr(0, line);
             title = statement.substr(0, line);
-            body += indented(goes_on ? statement.substr(line) : statement, indent);
-            if (++statements >= options_.statements_per_function) {
+            piece.body += indented(goes_on ? statement.substr(line) : statement, indent);
+            if (++piece.statements >= options_.statements_per_function) {
                 close();
                 finish();
                 title.clear();
@@ -513,7 +539,7 @@ std::string Generator::functions(const std::string& family, const std::vector<Gu
         close();
     }
     finish();
-    return calls.empty() ? "true" : calls;
+    return made;
 }
 
 } // namespace bf::codegen

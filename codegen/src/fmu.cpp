@@ -207,7 +207,7 @@ FmuCode Generator::fmu(int version, const std::map<std::string, std::string>& fo
     row = 0;
     for (const auto& signal : recorded_rows())
         add(of_slot(FmuVariable::Role::signal, signal.path, signal.end), "bf_run_signals", row++,
-            place_of(signal.end).member.empty() ? std::string() : place_of(signal.end).text());
+            place_of(signal.end).text());
 
     row = 0;
     std::vector<std::pair<FmuVariable, std::string>> rates;

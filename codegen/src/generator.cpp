@@ -1,6 +1,7 @@
 // Places of quantities and statements of a step.
 #include "generator.hpp"
 
+#include "bf/codegen/differentiable.hpp"
 #include "texts.hpp"
 
 #include <algorithm>
@@ -23,6 +24,13 @@ std::string extents(const Size& size) { return number(size.rows) + ", " + number
 bool answers_crossings(const program::Program& program, int node) {
     return std::any_of(program.watched.begin(), program.watched.end(),
                        [&](const program::Watched& w) { return w.is_answered && w.end.node == node; });
+}
+
+bool have_derivatives(const std::set<std::string>& functions) {
+#define BF_NAME(name) #name,
+    static const std::set<std::string> known{BF_DIFFERENTIABLE_FUNCTIONS(BF_NAME)};
+#undef BF_NAME
+    return std::includes(known.begin(), known.end(), functions.begin(), functions.end());
 }
 
 /// Can every activity of the block be printed as a call of a kernel?
@@ -221,15 +229,13 @@ Argument Generator::argument(int n, const Call::Reference& from) {
     return result;
 }
 
-std::optional<std::vector<std::string>> Generator::equations(int n, const Call& call) {
+std::optional<Equations> Generator::equations(int n, const Call& call) {
     if (is_dynamic()) return {};
     std::vector<Argument> arguments;
     for (const auto& from : call.operands) arguments.push_back(argument(n, from));
-    const auto lines = arithmetic(call.kernel, arguments, call.list_from, call.list_size);
-    if (!lines) return {};
-    for (const auto& line : *lines)
-        if (line.find("math::") != std::string::npos) headers_.insert("bf/codegen/math.hpp");
-    return lines;
+    auto equations = arithmetic(call.kernel, arguments, call.list_from, call.list_size);
+    if (equations && !equations->functions.empty()) headers_.insert("bf/codegen/math.hpp");
+    return equations;
 }
 
 std::string Generator::operand(int n, const Call::Reference& from, std::string& constants) {
@@ -346,9 +352,10 @@ std::string Generator::rule(int n, Phase phase, int index) {
     }
     const std::string title = "// " + comment(node(n).path) + " (" + comment(node(n).type) + ")\n";
     if (is_small)
-        if (const auto lines = equations(n, call)) {
+        if (const auto its = equations(n, call)) {
+            if (have_derivatives(its->functions)) differentiable_.insert({n, phase, index});
             std::string text = title;
-            for (const auto& line : *lines) text += equation(line);
+            for (const auto& line : its->lines) text += equation(line);
             return text;
         }
     headers_.insert(*header_of_kernel(call.kernel));

@@ -23,7 +23,7 @@ namespace bf::codegen {
 struct Place {
     std::string structure; ///< "signals", "parameters", ...
     std::string member;
-    std::string text() const { return structure + "." + member; }
+    std::string text() const { return member.empty() ? member : structure + "." + member; }
 };
 
 /// Empty where a quantity has none.
@@ -45,11 +45,29 @@ struct Field {
     }
 };
 
+/// A statement of the program.
+struct Printed {
+    std::string text;
+    bool is_differentiable = false; ///< equations alone, that on_numbers.hpp has all functions of
+};
+
 /// Statements that run under one condition; empty: always.
 struct Guarded {
     std::string condition;
-    std::vector<std::string> statements = {};
+    std::vector<Printed> statements = {};
 };
+
+/// A function of bounded length that some statements became.
+struct Piece {
+    std::string name, body;
+    int statements = 0;
+    bool is_differentiable = true;
+};
+/// Numbers of pieces, which are called one after the other until one fails.
+using PieceNumbers = std::vector<int>;
+
+/// "double y[3]": a quantity as a member.
+std::string declared(const Slot& slot, const std::string& type, const std::string& member);
 
 /// A message as literals of one line each.
 std::string message(std::string text);
@@ -102,8 +120,8 @@ class Generator {
     std::string statement(int n, Phase phase, int index);
     virtual std::string rule(int n, Phase phase, int index);
     std::string operand(int n, const Call::Reference& from, std::string& constants);
-    /// The rule as arithmetic: its lines, or nothing where only a kernel says it.
-    std::optional<std::vector<std::string>> equations(int n, const Call& call);
+    /// The rule as arithmetic, or nothing where only a kernel says it.
+    std::optional<Equations> equations(int n, const Call& call);
     virtual Argument argument(int n, const Call::Reference& from);
     /// Where an operand that has a place lies.
     Place place_of(int n, const Call::Reference& from) const;
@@ -121,15 +139,17 @@ class Generator {
     /// Does a printed event change continuous states?
     bool has_continuous_events() const;
 
-    /// Calls of the functions that make up each part of the program, joined by &&.
+    /// The functions that make up each part of the program.
     struct Calls {
-        std::string constants, follow, derivatives, guards;
-        std::string outputs, again, inside; ///< by pass
-        int inner_statements = 0;           ///< that the solver evaluates inside a step
-        std::string update;                 ///< statements
-        std::string commit;                 ///< the same without the integration
+        PieceNumbers constants, follow, derivatives, guards;
+        PieceNumbers outputs, again, inside; ///< by pass
+        int inner_statements = 0;            ///< that the solver evaluates inside a step
+        std::string update;                  ///< statements
+        std::string commit;                  ///< the same without the integration
         struct Task {
-            std::string name, outputs, update;
+            std::string name;
+            PieceNumbers outputs;
+            std::string update;
         };
         std::vector<Task> tasks; ///< of the program's, where it is split
     };
@@ -153,6 +173,8 @@ class Generator {
     /// Some element of a signal that is no number on its own is above 0.
     virtual std::string is_positive(const Node::End& end) const;
     virtual std::string text_of(const program::Statement& statement, program::Pass pass = program::first);
+    Printed printed(const program::Statement& statement, program::Pass pass);
+    bool is_differentiable(const program::Statement& statement) const; ///< once it is printed
     std::string text_of(const program::Statements& statements, program::Pass pass, int indent);
     virtual std::string commits(const program::Statement& statement) const;
     std::string repetition(const program::Statement& statement, program::Pass pass);
@@ -224,8 +246,13 @@ class Generator {
     /// "2", or "2_in_1" in the calls of a task.
     static std::string hit_name(const program::Flag& hit);
 
-    /// Spreads guarded statements over functions `family_1`, ... and returns the calls of all.
-    std::string functions(const std::string& family, const std::vector<Guarded>& all);
+    /// Spreads guarded statements over functions `family_1`, ...
+    PieceNumbers functions(const std::string& family, const std::vector<Guarded>& all);
+    /// "outputs_1() && outputs_2()"; "true" for none.
+    std::string called(const PieceNumbers& pieces) const;
+    std::string definition_of(const Piece& piece) const {
+        return flatten_ + head_of(piece.name) + " {\n" + piece.body + "    return true;\n}\n";
+    }
 
     std::string structure(const char* name, const char* doc, const std::vector<Field>& fields,
                           bool has_values) const;
@@ -294,11 +321,11 @@ class Generator {
     bool has_matrices_ = false;                          ///< do printed rules work on some?
     std::set<std::string> headers_;
     std::vector<std::string> declarations_; ///< of the functions that pieces became
-    std::vector<std::string> pieces_;       ///< their definitions
-    Calls calls_;                           ///< of run()
-    std::vector<int> piece_statements_;
-    std::map<std::string, int> piece_numbers_; ///< by family
-    std::vector<int> hosted_;                  ///< by node: number among the hosted blocks, or -1
+    std::vector<Piece> pieces_;
+    Calls calls_;                                          ///< of run()
+    std::set<std::tuple<int, Phase, int>> differentiable_; ///< activities
+    std::map<std::string, int> piece_numbers_;             ///< by family
+    std::vector<int> hosted_;                              ///< by node: number among the hosted blocks, or -1
     int hosted_count_ = 0;
     /// What the program asks hosted blocks to do, in the order of `HostedBlocks::run`.
     struct HostedTask {

@@ -51,7 +51,7 @@ std::string Generator::exchange_functions(const Calls& calls) {
     }
     for (const auto& field : outputs_) copies += "    " + copy_of(field);
     const std::string at = "    if (failure_) return false;\n    " + step_time_ + " = at;\n";
-    const std::string again = "    if (!(" + calls.again + ")) return false;\n";
+    const std::string again = "    if (!(" + called(calls.again) + ")) return false;\n";
     std::string text = "// For a solver of the caller.\n" + head + "end_step() noexcept {\n" +
                        unless_failed() + calls.commit + "    ++steps_;\n    return true;\n}\n\n";
     const bool has_states = has_continuous_states();
@@ -60,14 +60,15 @@ std::string Generator::exchange_functions(const Calls& calls) {
             "::Real* " + class_ + "::rates() noexcept { return " +
             (has_states ? "bf::generated::elements<Real>(rates_)" : "nullptr") + "; }\n\n";
     text += head + "compute_rates(Real at) noexcept { return !failure_ && " +
-            (has_states ? "evaluate(at) && " + calls.derivatives : std::string("at == at")) + "; }\n\n";
+            (has_states ? "evaluate(at) && " + called(calls.derivatives) : std::string("at == at")) +
+            "; }\n\n";
     if (guards_.empty())
         text += head + "compute_crossings(Real, Real*) noexcept { return true; }\n\n";
     else
         text += head + "compute_crossings(Real at, Real* values) noexcept {\n" + at +
                 "    bf::generated::forget(bf::generated::elements<Real>(guards_), " + guards +
-                ");\n    if (!(" + (calls.inside == "true" ? calls.again : calls.inside) + ") || !(" +
-                calls.guards + ")) return false;\n    for (int i = 0; i < " + guards +
+                ");\n    if (!(" + called(calls.inside.empty() ? calls.again : calls.inside) + ") || !(" +
+                called(calls.guards) + ")) return false;\n    for (int i = 0; i < " + guards +
                 "; ++i) values[i] = bf::generated::elements<Real>(guards_)[i];\n    return true;\n}\n\n";
     text += head + "compute_signals(Real at) noexcept {\n" + at + again + copies + "    return true;\n}\n\n";
     text += head + "answer(Real at) noexcept {\n" + at + again + answers + copies + "    return true;\n}\n\n";

@@ -42,14 +42,10 @@ std::string names_used(const std::string& body) {
 std::string declarator(const Field& field, Type element, bool has_values, bool is_dynamic) {
     const Slot& slot = *field.slot;
     if (is_dynamic) return std::string("bf::generated::Dynamic<") + cpp_name(element) + "> " + field.member;
-    const std::string type = cpp_name(element);
-    const bool is_scalar = slot.size.count() == 1 && slot.size.cols == 1;
-    std::string text = slot.size.cols != 1 ? "bf::generated::Matrix<" + type + ", " + number(slot.size.rows) +
-                                                 ", " + number(slot.size.cols) + "> " + field.member
-                       : is_scalar ? type + " " + field.member
-                                   : type + " " + field.member + "[" + number(slot.size.rows) + "]";
-    if (!has_values || slot.initial_from >= 0)
-        return text + (has_values ? is_scalar ? " = {}" : " = {}" : "");
+    const bool is_scalar = is_one_number(slot);
+    std::string text = declared(slot, cpp_name(element), field.member);
+    if (!has_values) return text;
+    if (slot.initial_from >= 0) return text + " = {}";
     const auto value = [&](std::size_t i) {
         return literal(slot.initial[slot.initial.size() == 1 ? 0 : i], element);
     };
@@ -69,6 +65,14 @@ std::string declarator(const Field& field, Type element, bool has_values, bool i
 }
 
 } // namespace
+
+std::string declared(const Slot& slot, const std::string& type, const std::string& member) {
+    if (is_one_number(slot)) return type + " " + member;
+    const std::string rows = number(slot.size.rows);
+    return slot.size.cols == 1 ? type + " " + member + "[" + rows + "]"
+                               : "bf::generated::Matrix<" + type + ", " + rows + ", " +
+                                     number(slot.size.cols) + "> " + member;
+}
 
 std::string class_name(const Diagram& diagram) { return upper_camel(diagram.name); }
 std::string file_name(const Diagram& diagram) { return file_identifier(diagram.name); }
@@ -300,7 +304,7 @@ std::string Generator::main_source(const Calls& calls) {
 
     if (!is_split())
         text += "// The signals of the step.\nbool " + class_ + "::compute() noexcept { return " +
-                calls.outputs + "; }\n\n";
+                called(calls.outputs) + "; }\n\n";
     text += flattened(calls) + ("bool " + class_) + "::output() noexcept {\n" + unless_failed();
     if (is_split()) {
         text += task_calls(calls, "output");
@@ -315,9 +319,9 @@ std::string Generator::main_source(const Calls& calls) {
             (has_hosted() ? "\n    if (hosted_) hosted_->stop();\n" : "") +
             "}\n\n"
             "bool " +
-            class_ + "::compute_constants() noexcept { return " + calls.constants +
+            class_ + "::compute_constants() noexcept { return " + called(calls.constants) +
             "; }\n\n// What follows from variables.\nbool " + class_ + "::follow() noexcept { return " +
-            calls.follow + "; }\n\n";
+            called(calls.follow) + "; }\n\n";
     if (has_continuous_states()) text += integration(calls);
     text += procedure_functions() + task_functions(calls) + exchange_functions(calls);
     if (!guards_.empty()) text += crossings_functions(calls);
@@ -376,11 +380,12 @@ std::string Generator::integration(const Calls& calls) const {
         lost += "!is_finite(continuous." + field.member + ") ? " + literal(node(field.end.node).path) + " : ";
     return "// Inside a step: the continuous signals that derivatives depend on.\nbool " + class_ +
            "::evaluate(Real at) noexcept {\n    " + time_ + " = at;\n" + go_to + "    return " +
-           calls.inside + ";\n}\n\n" + flattened(calls) + "bool " + class_ + "::integrate() noexcept {\n" +
+           called(calls.inside) + ";\n}\n\n" + flattened(calls) + "bool " + class_ +
+           "::integrate() noexcept {\n" +
            (is_joined(calls) ? "    Real " + solver_memory("start", "slopes") + ";\n" : "") +
            "    // In stage 0 the signals are computed already.\n"
            "    const auto derivative = [&](int stage, Real at) { return (stage == 0 || evaluate(at)) && " +
-           calls.derivatives +
+           called(calls.derivatives) +
            "; };\n    const bool good = "
            "kernels::runge_kutta_step<kernels::" +
            solver_name() + ">(\n        " + time_ + ", Real(period), " +
@@ -580,7 +585,7 @@ Files Generator::run() {
     files[file_ + ".hpp"] = header(calls);
     int statements = 0;
     for (std::size_t i = 0; i < pieces_.size(); ++i) {
-        if (statements > 0 && statements + piece_statements_[i] > options_.statements_per_file) {
+        if (statements > 0 && statements + pieces_[i].statements > options_.statements_per_file) {
             files[sources.back()] = complete(what, text);
             sources.push_back(file_ + "_part" + number(static_cast<int>(sources.size()) + 1) + ".cpp");
             what = ", continued";
@@ -589,8 +594,8 @@ Files Generator::run() {
         } else {
             text += "\n";
         }
-        text += pieces_[i];
-        statements += piece_statements_[i];
+        text += definition_of(pieces_[i]);
+        statements += pieces_[i].statements;
     }
     files[sources.back()] = complete(what, text);
     if (!is_dynamic()) {

@@ -83,10 +83,10 @@ std::vector<Guarded> Generator::follow() const {
         const std::string target =
             d.kind == Definition::Kind::variable ? members.at(formula.definition) : place_of(d.end).text();
         all.statements.push_back(
-            "// " + comment(d.path) + " = " + comment(d.text) +
-            "\nif (bf::generated::Formula f; !given_.is[" + number(formula_of(d.path)) + "] && !f.write(" +
-            target + ", " + formula.code + "))\n    return fail(\"\", " +
-            literal("'" + d.path + "', which follows, is not defined for these values") + ");\n");
+            {"// " + comment(d.path) + " = " + comment(d.text) +
+             "\nif (bf::generated::Formula f; !given_.is[" + number(formula_of(d.path)) + "] && !f.write(" +
+             target + ", " + formula.code + "))\n    return fail(\"\", " +
+             literal("'" + d.path + "', which follows, is not defined for these values") + ");\n"});
     }
     return {all};
 }

@@ -107,7 +107,7 @@ std::string Generator::task_functions(const Calls& calls) {
         const std::string steps = of_task("steps", task.rate);
         text += head_of("output_" + name) + " {\n" + unless_failed() + "    " + time_of(task.rate) + " = " +
                 time_at(steps) + ";\n" + text_of(task.hits, program::first, 4);
-        if (outputs != "true") text += indented(unless(outputs, "return false;\n"), 4);
+        if (!outputs.empty()) text += indented(unless(called(outputs), "return false;\n"), 4);
         for (const auto& output : outputs_)
             if (writes(output)) text += indented(copy_of(output), 4);
         const auto ticks = diagram_.rates[static_cast<std::size_t>(task.rate)].ticks;

@@ -8,7 +8,7 @@
 
 namespace bf::generated {
 
-using FmuElements = std::vector<FmuDerivatives::Element>;
+using FmuElements = std::vector<FmuElement>;
 
 /// Elements of a call, which has `values` numbers for them; false, with a message, where one has no
 /// derivative.
@@ -31,9 +31,9 @@ inline bool are_differentiable(FmuInstance& instance, const FmuTables& tables, c
 }
 
 /// Changes of all unknowns with those of some knowns, whose seeds have a number for each direction.
-inline bool differentiate(FmuInstance& instance, const FmuTables& tables,
-                          const FmuDerivatives::Element* knowns, std::size_t known_count, const double* seeds,
-                          const FmuElements& unknowns, double* changes) {
+inline bool differentiate(FmuInstance& instance, const FmuTables& tables, const FmuElement* knowns,
+                          std::size_t known_count, const double* seeds, const FmuElements& unknowns,
+                          double* changes) {
     if (instance.is_in_step())
         return instance.fail("derivatives are those between two steps of the model, and one is under way");
     return instance.is_reached() &&

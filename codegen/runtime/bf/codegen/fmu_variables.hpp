@@ -42,20 +42,20 @@ struct FmuHost {
     void (*restore_blocks)(bf_run_model*, const unsigned char* from);
 };
 
+struct FmuElement {
+    int variable, element;
+};
+
 /// Exact derivatives of a model between two of its steps: of continuous states by the time, and of outputs
 /// and signals, by states and inputs.
 struct FmuDerivatives {
     static constexpr int directions = 4; ///< at once
-    /// One of a variable, in the order of its memory.
-    struct Element {
-        int variable, element;
-    };
     /// By the number of the variable; -1: it has no derivative.
     const std::ptrdiff_t* places;
-    /// Of each unknown its changes along all directions, in which knowns change as much as the seeds. False
-    /// where the model fails.
-    bool (*compute)(bf_run_model*, double at, const Element* knowns, const double* seeds, int known_count,
-                    const Element* unknowns, double* changes, int unknown_count);
+    /// Elements are in the order of memory. Of each unknown its changes along all directions, in which knowns
+    /// change as much as the seeds. False where the model fails.
+    bool (*compute)(bf_run_model*, double at, const FmuElement* knowns, const double* seeds, int known_count,
+                    const FmuElement* unknowns, double* changes, int unknown_count);
 };
 
 /// What an FMU does not know of its model.
@@ -83,10 +83,6 @@ class FmuVariables {
         const char* name;
         bool is_enumeration = false;
     };
-    struct Element {
-        int variable, element; ///< the latter row by row
-    };
-
     explicit FmuVariables(const FmuTables& tables) : tables_(tables) {}
 
     /// Finds them in the memory of the model; false where the tables are of another one.
@@ -123,11 +119,11 @@ class FmuVariables {
     const Variable* variable(std::uint32_t reference) const noexcept {
         return reference < all_.size() ? &all_[reference] : nullptr;
     }
-    /// The element of a value reference of FMI 2.0, or null.
-    const Element* element(std::uint32_t reference) const noexcept {
+    /// The element of a value reference of FMI 2.0, row by row, or null.
+    const FmuElement* element(std::uint32_t reference) const noexcept {
         return reference < elements_.size() ? &elements_[reference] : nullptr;
     }
-    const Variable& variable_of(const Element& e) const noexcept { return all_[std::size_t(e.variable)]; }
+    const Variable& variable_of(const FmuElement& e) const noexcept { return all_[std::size_t(e.variable)]; }
     bool is_time(const Variable& v) const noexcept { return &v == all_.data(); }
     double* crossings() noexcept { return crossings_.data(); }
 
@@ -144,7 +140,7 @@ class FmuVariables {
 
     const FmuTables& tables_;
     std::vector<Variable> all_;
-    std::vector<Element> elements_;
+    std::vector<FmuElement> elements_;
     std::vector<double> crossings_;
 };
 

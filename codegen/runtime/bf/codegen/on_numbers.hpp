@@ -2,6 +2,7 @@
 // go out.
 #pragma once
 
+#include "bf/codegen/differentiable.hpp"
 #include "bf/codegen/fmu_variables.hpp"
 #include "bf/codegen/math.hpp"
 #include "bf/codegen/views.hpp"
@@ -27,41 +28,7 @@ namespace math {
         using Common = std::common_type_t<T...>;                                                             \
         return generated::math::name(Common(x)...);                                                          \
     }
-BF_ON_NUMBERS(absolute)
-BF_ON_NUMBERS(add)
-BF_ON_NUMBERS(clamp)
-BF_ON_NUMBERS(divide)
-BF_ON_NUMBERS(maximum)
-BF_ON_NUMBERS(minimum)
-BF_ON_NUMBERS(multiply)
-BF_ON_NUMBERS(negate)
-BF_ON_NUMBERS(power)
-BF_ON_NUMBERS(subtract)
-BF_ON_NUMBERS(sqrt)
-BF_ON_NUMBERS(signed_sqrt)
-BF_ON_NUMBERS(reciprocal_sqrt)
-BF_ON_NUMBERS(exp)
-BF_ON_NUMBERS(log)
-BF_ON_NUMBERS(log10)
-BF_ON_NUMBERS(pow10)
-BF_ON_NUMBERS(sin)
-BF_ON_NUMBERS(cos)
-BF_ON_NUMBERS(tan)
-BF_ON_NUMBERS(asin)
-BF_ON_NUMBERS(acos)
-BF_ON_NUMBERS(atan)
-BF_ON_NUMBERS(sinh)
-BF_ON_NUMBERS(cosh)
-BF_ON_NUMBERS(tanh)
-BF_ON_NUMBERS(asinh)
-BF_ON_NUMBERS(acosh)
-BF_ON_NUMBERS(atanh)
-BF_ON_NUMBERS(floor)
-BF_ON_NUMBERS(ceil)
-BF_ON_NUMBERS(round)
-BF_ON_NUMBERS(fix)
-BF_ON_NUMBERS(atan2)
-BF_ON_NUMBERS(hypot)
+BF_DIFFERENTIABLE_FUNCTIONS(BF_ON_NUMBERS)
 #undef BF_ON_NUMBERS
 } // namespace math
 
@@ -78,11 +45,11 @@ void copy(Matrix<To, R, C>& to, const Matrix<T, R, C>& from) noexcept {
 
 /// FmuDerivatives::compute of a model by its functions on numbers.
 template <class Model, class OnNumbers>
-bool compute(bf_run_model* model, double at, const FmuDerivatives::Element* knowns, const double* seeds,
-             int known_count, const FmuDerivatives::Element* unknowns, double* changes, int unknown_count) {
+bool compute(bf_run_model* model, double at, const FmuElement* knowns, const double* seeds, int known_count,
+             const FmuElement* unknowns, double* changes, int unknown_count) {
     const auto its = std::make_unique<OnNumbers>();
     its->begin(*reinterpret_cast<const Model*>(model), at);
-    const auto number = [&](const FmuDerivatives::Element& e) -> Number& {
+    const auto number = [&](const FmuElement& e) -> Number& {
         return reinterpret_cast<Number*>(reinterpret_cast<char*>(its.get()) +
                                          OnNumbers::places[e.variable])[e.element];
     };

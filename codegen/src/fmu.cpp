@@ -97,6 +97,13 @@ bool is_initial(const DiagramNode& node, int parameter) {
                        [&](const SlotDeclaration& slot) { return slot.initial_from == parameter; });
 }
 
+/// A set of clocks as bits.
+std::string clocks_text(const std::vector<int>& clocks) {
+    std::uint64_t bits = 0;
+    for (const int clock : clocks) bits |= std::uint64_t{1} << static_cast<unsigned>(clock);
+    return clocks.empty() ? "" : ", " + std::to_string(bits) + "u";
+}
+
 std::vector<double> elements_of(const std::vector<double>& initial, std::size_t count) {
     if (initial.size() == count) return initial;
     return std::vector<double>(count, initial.empty() ? 0.0 : initial.front());
@@ -117,7 +124,7 @@ bool Generator::are_signals_repeatable() const {
            are_all(program_.step, {Kind::hit, Kind::evaluate});
 }
 
-FmuCode Generator::fmu(int version, const std::map<std::string, std::string>& folders) {
+FmuCode Generator::fmu(const FmuChoice& choice, const std::map<std::string, std::string>& folders) {
     FmuCode code;
     is_fmu_ = true;
     folders_ = folders;
@@ -133,6 +140,25 @@ FmuCode Generator::fmu(int version, const std::map<std::string, std::string>& fo
     if (!has_matrices_) code.options.push_back("-fno-tree-slp-vectorize");
     code.identifier = file_;
 
+    std::vector<int> clocked; // rates
+    std::string clocks;
+    if (choice.has_clocks) {
+        clocked = clocked_rates();
+        for (const int rate : clocked) {
+            code.clocks.push_back(clock_of(diagram_.rates[static_cast<std::size_t>(rate)]));
+            code.clocks.back().name = "clock_" + rate_name(rate);
+        }
+        const auto is_of_all = [](const FmuClock& clock) { return clock.ticks == 1 && clock.offset == 0; };
+        if (has_unclocked_steps() && std::none_of(code.clocks.begin(), code.clocks.end(), is_of_all)) {
+            code.clocks.push_back(clock_of({}));
+            code.clocks.back().name = "clock_of_all_steps";
+        }
+        if (code.clocks.empty() || code.clocks.size() > 64)
+            throw GenerationError(
+                "no FMU with clocks can be made of '" + diagram_.name + "': it has " +
+                std::to_string(code.clocks.size()) +
+                " rates of sampled blocks, but must have 1 to 64; export it without clocks");
+    }
     std::string rows;
     std::vector<std::string> places; // of numbers that have derivatives
     std::unordered_set<std::string> names{"time"};
@@ -148,7 +174,10 @@ FmuCode Generator::fmu(int version, const std::map<std::string, std::string>& fo
                 (variable.role == FmuVariable::Role::calculated ? "FmuSetting::none"
                  : variable.role == FmuVariable::Role::fixed    ? "FmuSetting::before"
                                                                 : "FmuSetting::always") +
-                (variable.names.empty() ? "" : ", true") + "},\n";
+                (variable.names.empty() && variable.clocks.empty() ? ""
+                 : variable.names.empty()                          ? ", false"
+                                                                   : ", true") +
+                clocks_text(variable.clocks) + "},\n";
         places.push_back(variable.type == Type::float64 ? place : std::string());
         code.variables.push_back(std::move(variable));
     };
@@ -160,6 +189,11 @@ FmuCode Generator::fmu(int version, const std::map<std::string, std::string>& fo
             if (enumerated.end.node == end.node && enumerated.end.slot == end.slot &&
                 variable.type == Type::int32)
                 variable.names = enumerated.names;
+        if (role == FmuVariable::Role::input || role == FmuVariable::Role::output ||
+            role == FmuVariable::Role::signal)
+            for (const int rate : rates_of(end))
+                if (const auto at = std::find(clocked.begin(), clocked.end(), rate); at != clocked.end())
+                    variable.clocks.push_back(static_cast<int>(at - clocked.begin()));
         if (role != FmuVariable::Role::output && role != FmuVariable::Role::signal)
             variable.start = elements_of(slot.initial, static_cast<std::size_t>(slot.size.count()));
         return variable;
@@ -239,19 +273,31 @@ FmuCode Generator::fmu(int version, const std::map<std::string, std::string>& fo
              {}},
             "bf::generated::fmu_crossings", 0);
 
+    for (const auto& clock : code.clocks) {
+        if (!names.insert(clock.name).second)
+            throw GenerationError("no FMU with clocks can be made of '" + diagram_.name + "': '" +
+                                  clock.name +
+                                  "' is the name of a clock, and of another quantity; rename that");
+        clocks += "    {" + literal(clock.name);
+        for (const auto number :
+             {static_cast<std::uint64_t>(clock.ticks), static_cast<std::uint64_t>(clock.offset),
+              clock.resolution, clock.interval, clock.shift})
+            clocks += ", " + std::to_string(number);
+        clocks += "},\n";
+    }
     const std::string derivatives = derivatives_source(places);
     code.has_derivatives = !derivatives.empty();
     if (code.has_derivatives) code.files[file_ + "_derivatives.cpp"] = derivatives;
 
-    const std::string standard = "fmu" + std::to_string(version);
+    const std::string standard = "fmu" + std::to_string(choice.version);
     std::uint64_t hash = fnv1a({});
     for (const auto& [name, text] : code.files) hash = fnv1a(std::as_bytes(std::span(text)), hash);
-    hash = fnv1a(std::as_bytes(std::span(rows)), hash);
+    for (const auto* text : {&rows, &clocks}) hash = fnv1a(std::as_bytes(std::span(*text)), hash);
     char digits[20];
     std::snprintf(digits, sizeof digits, "%016llx", static_cast<unsigned long long>(hash));
     code.token = std::string("{bf-") + digits + "}";
     code.files[file_ + "_fmu.cpp"] =
-        "// " + comment(diagram_.name) + " as an FMU of FMI " + std::to_string(version) +
+        "// " + comment(diagram_.name) + " as an FMU of FMI " + std::to_string(choice.version) +
         ".0.\n#include \"bf/codegen/" + standard + ".hpp\"\n#include \"" + file_ + ".hpp\"\n" +
         (code.is_hosted ? "#include \"bf/codegen/fmu_hosted.hpp\"\n" : "") +
         "\nextern \"C\" const bf_run_library* bf_run_v1(void);\n" +
@@ -259,14 +305,16 @@ FmuCode Generator::fmu(int version, const std::map<std::string, std::string>& fo
                               : "") +
         "\n"
         "using bf::generated::FmuSetting;\nstatic constexpr bf::generated::FmuVariable rows[] = {\n" +
-        (rows.empty() ? "    {bf_run_inputs, 0, FmuSetting::none}, // none: not counted\n" : rows) +
-        "};\nconst bf::generated::FmuTables bf::generated::fmu_tables{bf_run_v1, " + literal(code.token) +
+        (rows.empty() ? "    {bf_run_inputs, 0, FmuSetting::none}, // none: not counted\n" : rows) + "};\n" +
+        (clocks.empty() ? "" : "static constexpr bf::generated::FmuClock clocks[] = {\n" + clocks + "};\n") +
+        "const bf::generated::FmuTables bf::generated::fmu_tables{bf_run_v1, " + literal(code.token) +
         ", rows, " + std::to_string(code.variables.size()) + ", " +
         (has_model_exchange() ? "&bf::generated::ExchangeOf<" + class_ + ">::functions"
                               : "&bf::generated::no_exchange") +
         ", " + (code.is_hosted ? "&bf::generated::HostOf<" + class_ + ">::functions" : "nullptr") + ", " +
         (code.has_derivatives ? "&bf::generated::fmu_derivatives" : "nullptr") + ", " +
-        (are_signals_repeatable() ? "true" : "false") + "};\n";
+        (are_signals_repeatable() ? "true" : "false") + ", " + (clocks.empty() ? "nullptr, " : "clocks, ") +
+        std::to_string(code.clocks.size()) + "};\n";
     Files headers;
     for (const auto& [name, text] : code.files) {
         if (name.ends_with(".cpp")) code.sources.push_back(name);
@@ -278,10 +326,10 @@ FmuCode Generator::fmu(int version, const std::map<std::string, std::string>& fo
     return code;
 }
 
-FmuCode generate_fmu(const Diagram& diagram, int version, const Options& options,
+FmuCode generate_fmu(const Diagram& diagram, const FmuChoice& choice, const Options& options,
                      const std::map<std::string, std::string>& folders) {
     Generator generator(diagram, options);
-    return generator.fmu(version, folders);
+    return generator.fmu(choice, folders);
 }
 
 } // namespace bf::codegen

@@ -84,7 +84,7 @@ class Generator {
     Generator(const Diagram& diagram, const Options& options);
     virtual ~Generator() = default;
     virtual Files run();
-    FmuCode fmu(int version, const std::map<std::string, std::string>& folders);
+    FmuCode fmu(const FmuChoice& choice, const std::map<std::string, std::string>& folders);
     MemoryReport memory() const; ///< after run()
     std::vector<BlockPlace> places_in(const Files& files) const;
 
@@ -107,6 +107,11 @@ class Generator {
     /// between steps.
     bool has_model_exchange() const { return is_fmu_ && !has_hosted(); }
     bool are_signals_repeatable() const;
+    // Rates as clocks of an FMU, by their numbers.
+    std::vector<int> clocked_rates() const;
+    std::vector<int> rates_of(const Node::End& end) const;
+    bool has_unclocked_steps() const;
+    FmuClock clock_of(const SampleRate& rate) const;
     bool is_dynamic() const { return options_.has_runtime_sizes; }
     int hosted_number(int n) const { return is_dynamic() ? n : hosted_[static_cast<std::size_t>(n)]; }
     void place_all();

@@ -37,13 +37,17 @@ std::string Generator::exchange_declarations(const Calls& calls) const {
            "    bool compute_crossings(Real at, Real* values) noexcept;\n"
            "    /// All signals and outputs that go on between two steps.\n"
            "    bool compute_signals(Real at) noexcept;\n"
-           "    bool answer(Real at) noexcept;\n    bool end_step() noexcept;\n";
+           "    bool answer(Real at) noexcept;\n    bool end_step() noexcept;\n"
+           "    /// Over steps in which no rate is hit.\n    void pass(std::int64_t steps) noexcept;\n";
 }
 
 std::string Generator::exchange_functions(const Calls& calls) {
     if (!has_model_exchange()) return {};
     const std::string head = "bool " + class_ + "::", guards = number(guard_count());
-    std::string copies, rows, answers;
+    std::string copies, rows, answers, passed;
+    for (const auto& quantity : control_quantities())
+        if (quantity.name.starts_with("until_hit_"))
+            passed += "    " + control_ + quantity.name + " -= steps;\n";
     bool is_behind = false; // what a step evaluates
     for (const auto& statement : program_.step) {
         if (is_behind) answers += indented(text_of(statement), 4);
@@ -53,7 +57,9 @@ std::string Generator::exchange_functions(const Calls& calls) {
     const std::string at = "    if (failure_) return false;\n    " + step_time_ + " = at;\n";
     const std::string again = "    if (!(" + called(calls.again) + ")) return false;\n";
     std::string text = "// For a solver of the caller.\n" + head + "end_step() noexcept {\n" +
-                       unless_failed() + calls.commit + "    ++steps_;\n    return true;\n}\n\n";
+                       unless_failed() + calls.commit + "    ++steps_;\n    return true;\n}\n\nvoid " +
+                       class_ + "::pass(std::int64_t steps) noexcept {\n    steps_ += steps;\n" + passed +
+                       "}\n\n";
     const bool has_states = has_continuous_states();
     text += "" + class_ + "::Real* " + class_ + "::continuous_states() noexcept { return " +
             (has_states ? "bf::generated::elements<Real>(continuous)" : "nullptr") + "; }\n" + class_ +

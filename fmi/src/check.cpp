@@ -1,5 +1,6 @@
 #include "bf/fmi/check.hpp"
 
+#include "bf/fmi/clockwork.hpp"
 #include "xml.hpp"
 
 #include <algorithm>
@@ -56,7 +57,7 @@ std::vector<std::string> problems_of(const Description& d) {
         problems.push_back("'" + v.name + "' " + what + section);
     };
     int independent = 0;
-    std::set<int> outputs, unknowns;
+    std::set<int> outputs, unknowns, optional; // the last ones of the unknowns
     for (int number = 0; number < static_cast<int>(d.variables.size()); ++number) {
         const Variable& v = d.variables[static_cast<std::size_t>(number)];
         const bool is_real = v.type == Type::float64 || v.type == Type::float32;
@@ -69,6 +70,17 @@ std::vector<std::string> problems_of(const Description& d) {
                 of_variables);
         if (v.variability == Variability::continuous && !is_real)
             add(v, "is continuous, but its type is not", of_variables);
+        if (v.type == Type::clock && v.variability != Variability::discrete)
+            add(v, "is a clock, but not discrete", of_variables);
+        if (!v.clocks.empty() && v.variability != Variability::discrete &&
+            v.variability != Variability::tunable)
+            add(v, "has a clock, but is neither discrete nor tunable", of_variables);
+        if (v.ticks && v.ticks->kind != Ticks::Kind::triggered && v.causality != Causality::input)
+            add(v, "ticks at times of its own, but is no input", " (FMI 3.0, section 2.2.9)");
+        if (v.ticks && v.ticks->resolution != 0 && v.ticks->interval &&
+            std::abs(static_cast<double>(v.ticks->interval_count) / static_cast<double>(v.ticks->resolution) -
+                     *v.ticks->interval) > 1e-9 * *v.ticks->interval)
+            add(v, "has two intervals: intervalCounter / resolution is not intervalDecimal", of_variables);
         if (v.initial != Initial::none &&
             (v.causality == Causality::input || v.causality == Causality::independent))
             add(v, "has an 'initial', which inputs and the independent variable have not", of_variables);
@@ -89,7 +101,7 @@ std::vector<std::string> problems_of(const Description& d) {
         if (is_unknown &&
             (v.causality == Causality::output || v.causality == Causality::calculated_parameter) &&
             v.type != Type::clock)
-            unknowns.insert(number);
+            (v.clocks.empty() ? unknowns : optional).insert(number);
     }
     if (independent > 1 || (!is_2 && independent != 1))
         problems.push_back("there are " + std::to_string(independent) +
@@ -105,6 +117,8 @@ std::vector<std::string> problems_of(const Description& d) {
             if (initial == Initial::calculated || initial == Initial::approx) unknowns.insert(number);
         }
     }
+    if (d.has_clocks() && d.co_simulation && !d.co_simulation->has_event_mode)
+        problems.emplace_back("it has clocks, but no event mode in co-simulation (FMI 3.0, section 4.4)");
     const auto compare = [&](const char* list, const std::vector<Unknown>& given,
                              const std::set<int>& wanted) {
         std::set<int> named;
@@ -117,7 +131,7 @@ std::vector<std::string> problems_of(const Description& d) {
                 add(d.variables[static_cast<std::size_t>(number)],
                     std::string("is missing among the ") + list, of_structure);
         for (const int number : named)
-            if (!wanted.contains(number))
+            if (!wanted.contains(number) && !optional.contains(number))
                 add(d.variables[static_cast<std::size_t>(number)],
                     std::string("must not stand among the ") + list, of_structure);
     };
@@ -136,7 +150,7 @@ class Readings {
     explicit Readings(const Description& d) {
         std::map<Type, std::size_t> groups;
         for (const auto& v : d.variables) {
-            if (!has_values(v.type) || v.causality == Causality::independent) continue;
+            if (!has_values(v.type) || v.causality == Causality::independent || !v.clocks.empty()) continue;
             const Type type = d.version == 2 && v.type == Type::float32 ? Type::float64 : v.type;
             const auto [at, is_new] = groups.emplace(type, values_.size());
             if (is_new) {
@@ -174,7 +188,7 @@ std::vector<Values> starts(const Description& d) {
     std::vector<Values> all;
     for (const auto& v : d.variables) {
         const bool is_set = v.causality == Causality::input || v.causality == Causality::parameter;
-        if (!is_set || !has_values(v.type) || v.start.empty()) continue;
+        if (!is_set || !has_values(v.type) || v.start.empty() || !v.clocks.empty()) continue;
         Values& values =
             all.emplace_back(d.version, d.version == 2 && v.type == Type::float32 ? Type::float64 : v.type);
         values.add(v);
@@ -188,34 +202,53 @@ class Driven {
   public:
     Driven(const Library& library, const char* name)
         : instance(library, name), x_(static_cast<std::size_t>(instance.state_count())), rates_(x_.size()),
-          before_(static_cast<std::size_t>(instance.indicator_count())), after_(before_.size()) {}
+          before_(static_cast<std::size_t>(instance.indicator_count())), after_(before_.size()),
+          clockwork_(library.description(), library.archive().string()),
+          steps_(library.kind() == Kind::co_simulation) {}
 
     bool begin(const Description& d) {
         for (const auto& values : starts(d))
             if (!instance.set(values)) return false;
-        return instance.enter_initialization(d.start) && instance.exit_initialization() &&
-               (instance.state() != event_mode || end_event());
+        ticked = -std::numeric_limits<double>::infinity();
+        return instance.enter_initialization(d.start) && clockwork_.begin(instance, d.start) &&
+               instance.exit_initialization() && (instance.state() != event_mode || end_event(d.start));
     }
     bool advance(double time, double step) {
-        if (instance.state() == step_mode) return instance.do_step(time, step);
+        const bool steps = instance.state() == step_mode;
         const double end = time + step;
         while (time < end) {
-            const double next = event.next > time && event.next < end ? event.next : end;
-            if (!exchange(next, next - time)) return false;
+            double next = end;
+            for (const double one : {steps ? end : event.next, clockwork_.next(ticked)})
+                if (one > time && one < next) next = one;
+            if (!(steps ? instance.do_step(time, next - time) : exchange(next, next - time))) return false;
             time = next;
+            if (clockwork_.next(ticked) <= time + 1e-9 && !(instance.enter_event_mode() && end_event(time)))
+                return false;
         }
         return true;
     }
-    bool restore(const std::vector<std::uint8_t>& bytes, State mode, const Event& its_event) {
-        event = its_event;
+    struct Moment {
+        Event event; ///< the last one
+        double ticked = 0;
+    };
+    Moment moment() const { return {event, ticked}; }
+    bool restore(const std::vector<std::uint8_t>& bytes, State mode, const Moment& moment) {
+        event = moment.event, ticked = moment.ticked;
         return instance.restore(bytes, mode);
     }
 
     LocalInstance instance;
-    Event event; ///< the last one
+    Event event;       ///< the last one
+    double ticked = 0; ///< s, when clocks did last
 
   private:
-    bool end_event() { return instance.handle_event(event) && instance.enter_continuous_time(); }
+    bool end_event(double time) {
+        const bool is_tick = clockwork_.next(ticked) <= time + 1e-9;
+        if ((is_tick && !clockwork_.tick(instance, ticked, time)) || !instance.handle_event(event))
+            return false;
+        if (is_tick) ticked = time;
+        return steps_ ? instance.enter_step_mode() : instance.enter_continuous_time();
+    }
     /// One of Euler's steps, which changes no state by much, as it may be too long for the model.
     bool exchange(double end, double step) {
         if (!instance.get_states(x_.data()) || !instance.get_derivatives(rates_.data()) ||
@@ -231,10 +264,12 @@ class Driven {
             return false;
         for (std::size_t i = 0; i < after_.size(); ++i) is_event |= (before_[i] > 0) != (after_[i] > 0);
         is_event |= end >= event.next;
-        return !is_event || (instance.enter_event_mode() && end_event());
+        return !is_event || (instance.enter_event_mode() && end_event(end));
     }
 
     std::vector<double> x_, rates_, before_, after_;
+    Clockwork clockwork_;
+    bool steps_;
 };
 
 } // namespace
@@ -276,13 +311,13 @@ std::vector<std::string> problems_of_run(const Library& library, double step,
             doing("its saved states");
             const State mode = one.instance.state();
             if (!one.instance.save(bytes)) return failed(one), problems;
-            const Event event = one.event;
+            const auto moment = one.moment();
             if (!go_on(one, steps, 2 * steps, first)) return problems;
             Driven fresh(library, "fresh");
             for (Driven* its : {&one, &fresh}) {
                 if (its == &fresh && !begin(fresh)) return problems;
                 restored.clear();
-                if (!its->restore(bytes, mode, event)) return failed(*its), problems;
+                if (!its->restore(bytes, mode, moment)) return failed(*its), problems;
                 if (!go_on(*its, steps, 2 * steps, restored)) return problems;
                 compare({first.begin() + steps, first.end()}, restored,
                         its == &one ? "differs after the state was gone back to"

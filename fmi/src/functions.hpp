@@ -22,23 +22,26 @@ namespace bf::fmi {
                         f(fmi3GetInt32) f(fmi3SetInt32) f(fmi3GetUInt32) f(fmi3SetUInt32) f(fmi3GetInt64)    \
                             f(fmi3SetInt64) f(fmi3GetUInt64) f(fmi3SetUInt64) f(fmi3GetBoolean)              \
                                 f(fmi3SetBoolean)
-// Of those that say that they have them.
+// Not every FMU has derivatives, structural parameters and clocks, and those without them may lack their
+// functions.
 #define BF_FMI2_DERIVATIVES(f) f(fmi2GetDirectionalDerivative)
 #define BF_FMI3_DERIVATIVES(f) f(fmi3GetDirectionalDerivative)
-// Where a structure is given.
 #define BF_FMI3_CONFIGURATION(f) f(fmi3EnterConfigurationMode) f(fmi3ExitConfigurationMode)
+#define BF_FMI3_CLOCKS(f) f(fmi3SetClock) f(fmi3GetIntervalDecimal) f(fmi3GetShiftDecimal)
 #define BF_FMI2_CO_SIMULATION(f) f(fmi2DoStep)
 #define BF_FMI3_CO_SIMULATION(f) f(fmi3InstantiateCoSimulation) f(fmi3DoStep)
 #define BF_FMI2_MODEL_EXCHANGE(f)                                                                            \
     f(fmi2EnterEventMode) f(fmi2NewDiscreteStates) f(fmi2EnterContinuousTimeMode)                            \
         f(fmi2CompletedIntegratorStep) f(fmi2SetTime) f(fmi2SetContinuousStates) f(fmi2GetDerivatives)       \
             f(fmi2GetEventIndicators) f(fmi2GetContinuousStates)
+#define BF_FMI3_EVENTS(f) f(fmi3EnterEventMode) f(fmi3UpdateDiscreteStates)
+#define BF_FMI3_STEPS(f) f(fmi3EnterStepMode) // between events
 #define BF_FMI3_MODEL_EXCHANGE(f)                                                                            \
-    f(fmi3InstantiateModelExchange) f(fmi3EnterEventMode) f(fmi3UpdateDiscreteStates)                        \
-        f(fmi3EnterContinuousTimeMode) f(fmi3CompletedIntegratorStep) f(fmi3SetTime)                         \
-            f(fmi3SetContinuousStates) f(fmi3GetContinuousStateDerivatives) f(fmi3GetEventIndicators)        \
-                f(fmi3GetContinuousStates) f(fmi3GetNumberOfContinuousStates)                                \
-                    f(fmi3GetNumberOfEventIndicators)
+    BF_FMI3_EVENTS(f)                                                                                        \
+    f(fmi3InstantiateModelExchange) f(fmi3EnterContinuousTimeMode) f(fmi3CompletedIntegratorStep)            \
+        f(fmi3SetTime) f(fmi3SetContinuousStates) f(fmi3GetContinuousStateDerivatives)                       \
+            f(fmi3GetEventIndicators) f(fmi3GetContinuousStates) f(fmi3GetNumberOfContinuousStates)          \
+                f(fmi3GetNumberOfEventIndicators)
 
 struct Library::Functions {
 #define BF_FMI_FUNCTION(name) decltype(&::name) name = nullptr;
@@ -47,6 +50,8 @@ struct Library::Functions {
     BF_FMI2_DERIVATIVES(BF_FMI_FUNCTION)
     BF_FMI3_DERIVATIVES(BF_FMI_FUNCTION)
     BF_FMI3_CONFIGURATION(BF_FMI_FUNCTION)
+    BF_FMI3_CLOCKS(BF_FMI_FUNCTION)
+    BF_FMI3_STEPS(BF_FMI_FUNCTION)
     BF_FMI2_CO_SIMULATION(BF_FMI_FUNCTION)
     BF_FMI3_CO_SIMULATION(BF_FMI_FUNCTION)
     BF_FMI2_MODEL_EXCHANGE(BF_FMI_FUNCTION)

@@ -98,9 +98,9 @@ struct LocalInstance::Callbacks {
 
 LocalInstance::LocalInstance(const Library& library, const std::string& name, Log log, char* doing)
     : Instance(library.archive_.filename().string(), library.description_.version), library_(library),
-      f_(*library.functions_),
-      order_(library.description_.version, library.kind_ == Kind::co_simulation, false), name_(name),
-      token_(library.description_.token), log_(std::move(log)), doing_(doing),
+      f_(*library.functions_), order_(library.description_.version, library.kind_ == Kind::co_simulation,
+                                      library.description_.has_clocks()),
+      name_(name), token_(library.description_.token), log_(std::move(log)), doing_(doing),
       callbacks_(std::make_unique<Callbacks>()) {
     const auto& d = library.description_;
     const bool steps = library.kind_ == Kind::co_simulation, is_logging = static_cast<bool>(log_);
@@ -120,8 +120,8 @@ LocalInstance::LocalInstance(const Library& library, const std::string& name, Lo
             log_3(self, status, category, text);
         };
         instance_ = steps ? f_.fmi3InstantiateCoSimulation(name_.c_str(), token_.c_str(), path.c_str(), false,
-                                                           is_logging, false, false, nullptr, 0, this, to_log,
-                                                           nullptr)
+                                                           is_logging, d.has_clocks(), false, nullptr, 0,
+                                                           this, to_log, nullptr)
                           : f_.fmi3InstantiateModelExchange(name_.c_str(), token_.c_str(), path.c_str(),
                                                             false, is_logging, this, to_log);
     }
@@ -135,20 +135,18 @@ LocalInstance::LocalInstance(const Library& library, const std::string& name, Lo
 /// Gives structural parameters their values, of an instance that is new or begun anew.
 bool LocalInstance::configure() noexcept {
     if (library_.structure_.empty()) return true;
-    if (!may(Call::enter_configuration, "fmi3EnterConfigurationMode") ||
-        !done(Call::enter_configuration, "fmi3EnterConfigurationMode",
-              f_.fmi3EnterConfigurationMode(instance_)))
-        return false;
-    for (const auto& v : library_.description_.variables) {
-        if (!library_.structure_.contains(v.name)) continue;
+    const auto set = [&](const Variable& v) {
+        if (!library_.structure_.contains(v.name)) return true;
         const auto value = static_cast<std::uint64_t>(v.start.front());
-        if (!may(Call::set_values, "fmi3SetUInt64") ||
-            !done(Call::set_values, "fmi3SetUInt64", f_.fmi3SetUInt64(instance_, &v.reference, 1, &value, 1)))
-            return false;
-    }
-    return may(Call::exit_configuration, "fmi3ExitConfigurationMode") &&
-           done(Call::exit_configuration, "fmi3ExitConfigurationMode",
-                f_.fmi3ExitConfigurationMode(instance_));
+        return called(Call::set_values, "fmi3SetUInt64",
+                      [&] { return f_.fmi3SetUInt64(instance_, &v.reference, 1, &value, 1); });
+    };
+    const auto& variables = library_.description_.variables;
+    return called(Call::enter_configuration, "fmi3EnterConfigurationMode",
+                  [&] { return f_.fmi3EnterConfigurationMode(instance_); }) &&
+           std::all_of(variables.begin(), variables.end(), set) &&
+           called(Call::exit_configuration, "fmi3ExitConfigurationMode",
+                  [&] { return f_.fmi3ExitConfigurationMode(instance_); });
 }
 
 /// From the description; an FMU of FMI 3.0 says it, too.
@@ -245,25 +243,19 @@ bool LocalInstance::done(Call call, const char* function, int status) noexcept {
 }
 
 bool LocalInstance::enter_initialization(double start) noexcept {
-    if (order_.version() == 2) {
-        if (!may(Call::setup_experiment, "fmi2SetupExperiment") ||
-            !done(Call::setup_experiment, "fmi2SetupExperiment",
-                  f_.fmi2SetupExperiment(instance_, false, 0, start, false, 0)))
-            return false;
-        return may(Call::enter_initialization, "fmi2EnterInitializationMode") &&
-               done(Call::enter_initialization, "fmi2EnterInitializationMode",
-                    f_.fmi2EnterInitializationMode(instance_));
-    }
-    return may(Call::enter_initialization, "fmi3EnterInitializationMode") &&
-           done(Call::enter_initialization, "fmi3EnterInitializationMode",
-                f_.fmi3EnterInitializationMode(instance_, false, 0, start, false, 0));
+    if (order_.version() == 3)
+        return called(Call::enter_initialization, "fmi3EnterInitializationMode",
+                      [&] { return f_.fmi3EnterInitializationMode(instance_, false, 0, start, false, 0); });
+    return called(Call::setup_experiment, "fmi2SetupExperiment",
+                  [&] { return f_.fmi2SetupExperiment(instance_, false, 0, start, false, 0); }) &&
+           called(Call::enter_initialization, "fmi2EnterInitializationMode",
+                  [&] { return f_.fmi2EnterInitializationMode(instance_); });
 }
 
 /// A function of the same parameters in both versions.
 #define BF_FMI_BOTH(kind, name, ...)                                                                         \
-    (order_.version() == 2                                                                                   \
-         ? may(kind, "fmi2" #name) && done(kind, "fmi2" #name, f_.fmi2##name(__VA_ARGS__))                   \
-         : may(kind, "fmi3" #name) && done(kind, "fmi3" #name, f_.fmi3##name(__VA_ARGS__)))
+    (order_.version() == 2 ? called(kind, "fmi2" #name, [&] { return f_.fmi2##name(__VA_ARGS__); })          \
+                           : called(kind, "fmi3" #name, [&] { return f_.fmi3##name(__VA_ARGS__); }))
 
 bool LocalInstance::exit_initialization() noexcept {
     return BF_FMI_BOTH(Call::exit_initialization, ExitInitializationMode, instance_);
@@ -285,7 +277,9 @@ bool LocalInstance::do_step(double time, double step) noexcept {
     if (returned_early)
         return fail("fmi3DoStep",
                     " ended its step early, though it was not allowed to (FMI 3.0, section 4.2.1)");
-    return true;
+    Event event;
+    return !needs_event || !library_.description_.has_clocks() ||
+           (enter_event_mode() && handle_event(event) && enter_step_mode());
 }
 
 // ---- model exchange
@@ -471,6 +465,32 @@ bool LocalInstance::set(const Values& values) noexcept {
     }
 #undef BF_FMI3_SET
 #undef BF_FMI_SET
+}
+
+bool LocalInstance::enter_step_mode() noexcept {
+    return called(Call::enter_step_mode, "fmi3EnterStepMode",
+                  [&] { return f_.fmi3EnterStepMode(instance_); });
+}
+
+bool LocalInstance::activate(const std::vector<std::uint32_t>& clocks) noexcept {
+    constexpr std::size_t most = 64; // in one call
+    bool active[most];
+    std::fill_n(active, most, true);
+    for (std::size_t at = 0; at < clocks.size(); at += most)
+        if (!called(Call::activate_clocks, "fmi3SetClock", [&] {
+                return f_.fmi3SetClock(instance_, clocks.data() + at, std::min(most, clocks.size() - at),
+                                       active);
+            }))
+            return false;
+    return true;
+}
+
+bool LocalInstance::get_interval(std::uint32_t clock, double& interval, double& shift) noexcept {
+    fmi3IntervalQualifier qualifier{};
+    return called(Call::get_clocks, "fmi3GetIntervalDecimal",
+                  [&] { return f_.fmi3GetIntervalDecimal(instance_, &clock, 1, &interval, &qualifier); }) &&
+           called(Call::get_clocks, "fmi3GetShiftDecimal",
+                  [&] { return f_.fmi3GetShiftDecimal(instance_, &clock, 1, &shift); });
 }
 
 bool LocalInstance::differentiate(const Values& along, Values& change) noexcept {

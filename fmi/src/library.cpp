@@ -150,9 +150,11 @@ std::string list_of(const fs::path& folder) {
 } // namespace
 
 Library::Library(const fs::path& archive, Kind kind, const Structure& structure)
-    : archive_(archive), kind_(kind), structure_(structure),
-      description_(fmi::description_of(archive, structure)), folder_(archive.stem().string()),
-      functions_(std::make_unique<Functions>()) {
+    : Library(archive, fmi::description_of(archive, structure), kind, structure) {}
+
+Library::Library(const fs::path& archive, Description description, Kind kind, Structure structure)
+    : archive_(archive), kind_(kind), structure_(std::move(structure)), description_(std::move(description)),
+      folder_(archive.stem().string()), functions_(std::make_unique<Functions>()) {
     if (!interface())
         throw FmuError(archive.string() + (kind == Kind::co_simulation ? ": it is for model exchange alone"
                                                                        : ": it is for co-simulation alone"));
@@ -189,8 +191,15 @@ Library::Library(const fs::path& archive, Kind kind, const Structure& structure)
     } else {
         BF_FMI3_FUNCTIONS(BF_FMI_LOAD)
         if (interface()->has_derivatives) BF_FMI3_DERIVATIVES(BF_FMI_LOAD)
-        if (!structure.empty()) {
+        if (!structure_.empty()) {
             BF_FMI3_CONFIGURATION(BF_FMI_LOAD)
+        }
+        if (description_.has_clocks()) {
+            BF_FMI3_CLOCKS(BF_FMI_LOAD)
+            if (steps) {
+                BF_FMI3_EVENTS(BF_FMI_LOAD)
+                BF_FMI3_STEPS(BF_FMI_LOAD)
+            }
         }
         if (steps) {
             BF_FMI3_CO_SIMULATION(BF_FMI_LOAD)

@@ -40,6 +40,7 @@ class Reader : XmlReader {
     void read_variables(const Element* root);
     void read_variable(const Element* e, const Element* its_type);
     void read_start(Variable& v, const Element* its_type);
+    void read_ticks(Variable& v, const Element* its_type, const Element* declared) const;
     void read_structure(const Element* root);
     int variable_of(const Element* e, const char* name, const std::string& value) const;
 
@@ -102,6 +103,36 @@ void Reader::read_start(Variable& v, const Element* its) {
                                                   : number(its, "start", word));
 }
 
+/// Attributes may stand at the declared type.
+void Reader::read_ticks(Variable& v, const Element* its, const Element* declared) const {
+    const auto of = [&](const char* name) { return declared && !its->Attribute(name) ? declared : its; };
+    const auto count = [&](const char* name) {
+        const double value = number(of(name), name).value_or(0);
+        if (!(value >= 0 && value < 9e15) || value != std::floor(value))
+            refuse(its, "'" + shown(v.name) + "': '" + name + "' must be a whole number from 0, but is " +
+                            number_text(value));
+        return static_cast<std::uint64_t>(value);
+    };
+    Ticks ticks;
+    needed(of("intervalVariability"), "intervalVariability");
+    ticks.kind = one_of(of("intervalVariability"), "intervalVariability", interval_names, ticks.kind);
+    ticks.interval = number(of("intervalDecimal"), "intervalDecimal");
+    ticks.shift = number(of("shiftDecimal"), "shiftDecimal").value_or(0);
+    ticks.resolution = count("resolution");
+    ticks.interval_count = count("intervalCounter");
+    ticks.shift_count = count("shiftCounter");
+    if (ticks.interval && !(*ticks.interval > 0))
+        refuse(its, "the interval of '" + shown(v.name) + "' is " + number_text(*ticks.interval) +
+                        " s, but must be above 0" + section("", "2.2.9"));
+    if (!(ticks.shift >= 0))
+        refuse(its, "the shift of '" + shown(v.name) + "' is " + number_text(ticks.shift) +
+                        " s, but must not be below 0" + section("", "2.2.9"));
+    if (ticks.kind == Ticks::Kind::constant && !ticks.interval)
+        refuse(its, "'" + shown(v.name) + "' ticks at a constant interval, but has no intervalDecimal" +
+                        section("", "2.4.4"));
+    v.ticks = ticks;
+}
+
 void Reader::read_variable(const Element* e, const Element* its) {
     static constexpr std::pair<const char*, Variability> variabilities[] = {
         {"constant", Variability::constant},
@@ -146,6 +177,7 @@ void Reader::read_variable(const Element* e, const Element* its) {
         if (!v.maximum) v.maximum = number(declared, "max");
     }
     read_start(v, its);
+    if (v.type == Type::clock) read_ticks(v, its, declared);
     d_.variables.push_back(std::move(v));
 }
 
@@ -210,6 +242,13 @@ void Reader::read_variables(const Element* root) {
                                   section("2.2.7", "2.4.7"));
         const std::string derivative = text(places[i], "derivative");
         if (!derivative.empty()) v.derivative_of = variable_of(places[i], "derivative", derivative);
+        for (const auto& word : words(text(places[i], "clocks"))) {
+            v.clocks.push_back(variable_of(places[i], "clocks", word));
+            const auto& clock = d_.variables[static_cast<std::size_t>(v.clocks.back())];
+            if (clock.type != Type::clock)
+                refuse(places[i], "'" + shown(v.name) + "' has the clock '" + shown(clock.name) +
+                                      "', which is none" + section("", "2.4.7"));
+        }
     }
 }
 

@@ -41,6 +41,9 @@ enum class Operation : std::uint32_t {
     enter_event_mode,
     handle_event,
     enter_continuous_time,
+    enter_step_mode,
+    activate,
+    get_interval,
     save,
     restore,
     log ///< what the FMU said, before the answer
@@ -153,10 +156,11 @@ class Server {
   public:
     Server(int file, char* doing) : end_(file), doing_(doing) {}
 
-    void run(const fs::path& archive, Kind kind, const Structure& structure, const std::string& name) {
+    void run(const fs::path& archive, const Description& description, Kind kind, const Structure& structure,
+             const std::string& name) {
         try {
             std::snprintf(doing_, LocalInstance::longest_name, "its opening");
-            const Library library(archive, kind, structure);
+            const Library library(archive, description, kind, structure);
             version_ = library.description().version;
             LocalInstance instance(
                 library, name,
@@ -232,6 +236,12 @@ class Server {
                           static_cast<std::uint8_t*>(change.data()) + change.bytes());
             return is_good;
         }
+        case Operation::activate: {
+            std::vector<std::uint32_t> clocks(bytes_.size() / sizeof(std::uint32_t));
+            std::memcpy(clocks.data(), bytes_.data(), bytes_.size());
+            bytes_.clear();
+            return instance.activate(clocks);
+        }
         case Operation::save: return instance.save(bytes_);
         case Operation::restore: return instance.restore(bytes_, static_cast<State>(head.state));
         default: break;
@@ -258,6 +268,8 @@ class Server {
             return is_good;
         }
         case Operation::enter_continuous_time: return instance.enter_continuous_time();
+        case Operation::enter_step_mode: return instance.enter_step_mode();
+        case Operation::get_interval: return instance.get_interval(head.references, head.a, head.b);
         default: return instance.fail("", "nobody knows this question");
         }
     }
@@ -270,10 +282,6 @@ class Server {
 
 class RemoteInstance final : public Instance {
   public:
-    RemoteInstance(const fs::path& archive, Kind kind, const Structure& structure, const std::string& name,
-                   double timeout, Log log)
-        : RemoteInstance(archive, fmi::description_of(archive, structure), kind, structure, name, timeout,
-                         std::move(log)) {}
     RemoteInstance(const fs::path& archive, const Description& description, Kind kind,
                    const Structure& structure, const std::string& name, double timeout, Log log)
         : Instance(archive.filename().string(), description.version), folder_(archive.stem().string()),
@@ -286,7 +294,7 @@ class RemoteInstance final : public Instance {
         doing_ = static_cast<char*>(page);
         std::fflush(nullptr);
         child_ = ::fork();
-        if (child_ == 0) serve(files[1], archive, kind, structure, name);
+        if (child_ == 0) serve(files[1], archive, description, kind, structure, name);
         ::close(files[1]);
         file_ = files[0];
         end_ = End(file_);
@@ -349,6 +357,15 @@ class RemoteInstance final : public Instance {
         return is_good;
     }
     bool enter_continuous_time() noexcept override { return ask(Operation::enter_continuous_time); }
+    bool enter_step_mode() noexcept override { return ask(Operation::enter_step_mode); }
+    bool activate(const std::vector<std::uint32_t>& clocks) noexcept override {
+        return tell({Operation::activate}, bytes_of(clocks.data(), clocks.size()));
+    }
+    bool get_interval(std::uint32_t clock, double& interval, double& shift) noexcept override {
+        if (!ask({.operation = Operation::get_interval, .references = clock})) return false;
+        interval = head_.a, shift = head_.b;
+        return true;
+    }
     bool differentiate(const Values& along, Values& change) noexcept override {
         const auto* const direction = static_cast<const std::uint8_t*>(along.data());
         Bytes question;
@@ -371,15 +388,15 @@ class RemoteInstance final : public Instance {
 
   private:
     /// In the new process, which ends here.
-    [[noreturn]] void serve(int file, const fs::path& archive, Kind kind, const Structure& structure,
-                            const std::string& name) noexcept {
+    [[noreturn]] void serve(int file, const fs::path& archive, const Description& description, Kind kind,
+                            const Structure& structure, const std::string& name) noexcept {
         ::prctl(PR_SET_PDEATHSIG, SIGKILL);
         for (const int signal : {SIGINT, SIGTERM}) ::signal(signal, SIG_IGN); // who asked for it ends it
         for (const int signal : {SIGSEGV, SIGABRT, SIGFPE, SIGBUS, SIGILL}) ::signal(signal, SIG_DFL);
         ::dup2(file, 3);
         ::close_range(4, ~0u, 0);
         ::setenv("TMPDIR", folder_.path().c_str(), 1);
-        Server(3, doing_).run(archive, kind, structure, name);
+        Server(3, doing_).run(archive, description, kind, structure, name);
         ::_exit(0);
     }
 
@@ -491,10 +508,11 @@ class RemoteInstance final : public Instance {
 
 } // namespace
 
-std::unique_ptr<Instance> make_remote_instance(const fs::path& archive, Kind kind, const std::string& name,
-                                               double timeout, Instance::Log log,
-                                               const Structure& structure) {
-    return std::make_unique<RemoteInstance>(archive, kind, structure, name, timeout, std::move(log));
+std::unique_ptr<Instance> make_remote_instance(const fs::path& archive, const Description& description,
+                                               Kind kind, const std::string& name, double timeout,
+                                               Instance::Log log, const Structure& structure) {
+    return std::make_unique<RemoteInstance>(archive, description, kind, structure, name, timeout,
+                                            std::move(log));
 }
 
 } // namespace bf::fmi

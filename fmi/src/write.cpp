@@ -51,7 +51,22 @@ std::string of_type(const Variable& v, const std::string& standard_type, int der
     return text;
 }
 
+std::string of_clock(const Ticks& ticks) {
+    std::string text = attribute("intervalVariability", interval_names[static_cast<int>(ticks.kind)].first);
+    if (ticks.interval) text += attribute("intervalDecimal", xml_number(*ticks.interval));
+    if (ticks.shift != 0) text += attribute("shiftDecimal", xml_number(ticks.shift));
+    if (ticks.resolution == 0) return text;
+    return text + attribute("supportsFraction", "true") +
+           attribute("resolution", std::to_string(ticks.resolution)) +
+           attribute("intervalCounter", std::to_string(ticks.interval_count)) +
+           attribute("shiftCounter", std::to_string(ticks.shift_count));
+}
+
 std::string variable(const Description& d, const Variable& v) {
+    std::string clocks;
+    for (const int clock : v.clocks)
+        clocks += (clocks.empty() ? "" : " ") +
+                  std::to_string(d.variables[static_cast<std::size_t>(clock)].reference);
     const std::string common = attribute("name", v.name) +
                                attribute("valueReference", std::to_string(v.reference)) +
                                optional_attribute("description", v.doc) +
@@ -67,7 +82,8 @@ std::string variable(const Description& d, const Variable& v) {
         v.derivative_of < 0
             ? -1
             : static_cast<int>(d.variables[static_cast<std::size_t>(v.derivative_of)].reference);
-    const std::string head = "    <" + type + common + of_type(v, type, derivative);
+    const std::string head = "    <" + type + common + optional_attribute("clocks", clocks) +
+                             (v.ticks ? of_clock(*v.ticks) : of_type(v, type, derivative));
     if (v.dimensions.empty()) return head + "/>\n";
     std::string dimensions;
     for (const int size : v.dimensions)

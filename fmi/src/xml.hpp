@@ -34,6 +34,11 @@ inline constexpr std::pair<const char*, Causality> causality_names[] = {
     {"local", Causality::local},
     {"independent", Causality::independent}};
 
+inline constexpr std::pair<const char*, Ticks::Kind> interval_names[] = {
+    {"constant", Ticks::Kind::constant},   {"fixed", Ticks::Kind::fixed},
+    {"tunable", Ticks::Kind::tunable},     {"changing", Ticks::Kind::changing},
+    {"countdown", Ticks::Kind::countdown}, {"triggered", Ticks::Kind::triggered}};
+
 /// As XML Schema writes numbers.
 std::string xml_number(double x);
 /// ' name="value"', the value escaped.

@@ -9,7 +9,7 @@ TEST(RemoteInstance, AllocatesNothingFromItsFirstStepOn) {
     const TemporaryFolder folder("remote_test");
     const auto archive = odd_fmu("odd", folder.path());
     const Description d = description_of(archive);
-    const auto instance = make_remote_instance(archive, Kind::co_simulation, "odd", 60, {});
+    const auto instance = make_remote_instance(archive, d, Kind::co_simulation, "odd", 60, {});
     Values u(3, Type::float64), y(3, Type::float64), v(3, Type::float32);
     u.add(d.variables.at(2)), y.add(d.variables.at(3)), v.add(d.variables.at(4));
     const long before = bf::test::heap_calls();

@@ -84,6 +84,7 @@ fmi::Variable variable_of(const codegen::FmuVariable& v, std::uint32_t reference
         its.initial = fmi::Initial::calculated;
         break;
     }
+    if (!v.clocks.empty()) its.variability = fmi::Variability::discrete;
     return its;
 }
 
@@ -133,14 +134,17 @@ fmi::Description description_of(const LoadedModel& loaded, const codegen::FmuCod
     }
     d.variables.push_back(
         {.name = "time", .unit = "s", .doc = "simulated time", .causality = fmi::Causality::independent});
+    d.co_simulation->has_event_mode = !code.clocks.empty();
     std::map<std::string, int> inputs;
     std::vector<int> states;
+    const auto first_clock = static_cast<int>(code.variables.size()) + 1;
     for (const auto& v : code.variables) {
         const auto number = static_cast<int>(d.variables.size());
         if (v.role == Role::input) inputs[v.name] = number;
         if (v.role == Role::output) {
             fmi::Unknown output{number, std::vector<int>()};
             for (const auto& input : v.inputs) output.dependencies->push_back(inputs.at(input));
+            for (const int clock : v.clocks) output.dependencies->push_back(first_clock + clock);
             d.outputs.push_back(output);
         }
         if (v.role == Role::state) states.push_back(number);
@@ -150,7 +154,7 @@ fmi::Description description_of(const LoadedModel& loaded, const codegen::FmuCod
             d.event_indicators = v.rows;
         }
         if (v.role != Role::input && v.role != Role::parameter && v.role != Role::fixed &&
-            v.role != Role::signal && v.role != Role::crossings)
+            v.role != Role::signal && v.role != Role::crossings && v.clocks.empty())
             d.initial_unknowns.push_back({number});
         d.variables.push_back(variable_of(v, static_cast<std::uint32_t>(number)));
         if (!v.names.empty()) {
@@ -158,7 +162,21 @@ fmi::Description description_of(const LoadedModel& loaded, const codegen::FmuCod
             d.variables.back().declared_type = enumeration(d, v);
         }
         if (v.role == Role::rate) d.variables.back().derivative_of = states[d.derivatives.size() - 1];
+        for (const int clock : v.clocks) d.variables.back().clocks.push_back(first_clock + clock);
     }
+    for (const auto& clock : code.clocks)
+        d.variables.push_back(
+            {.name = fmi::structured_name(clock.name),
+             .doc = "ticks every " + number(static_cast<double>(clock.ticks) * diagram.step) + " s",
+             .reference = static_cast<std::uint32_t>(d.variables.size()),
+             .type = fmi::Type::clock,
+             .causality = fmi::Causality::input,
+             .variability = fmi::Variability::discrete,
+             .ticks = fmi::Ticks{.interval = static_cast<double>(clock.ticks) * diagram.step,
+                                 .shift = static_cast<double>(clock.offset) * diagram.step,
+                                 .resolution = clock.resolution,
+                                 .interval_count = clock.interval,
+                                 .shift_count = clock.shift}});
     std::set<std::string> names;
     for (const auto& v : d.variables)
         if (!names.insert(v.name).second)
@@ -299,8 +317,10 @@ std::string platform(const std::string& target, int version) {
 } // namespace
 
 MadeFmu make_fmu(const LoadedModel& loaded, const FmuOptions& options) {
-    const auto code = codegen::generate_fmu(loaded.diagram, options.version, generation_options(loaded),
-                                            folders_of(loaded.diagram));
+    if (options.has_clocks && options.version == 2)
+        throw CommandError("FMI 2.0 has no clocks; leave --fmi 2 or --clocks out");
+    const auto code = codegen::generate_fmu(loaded.diagram, {options.version, options.has_clocks},
+                                            generation_options(loaded), folders_of(loaded.diagram));
     MadeFmu made{description_of(loaded, code, options.version), {}};
     const auto& description = made.description;
     auto& contents = made.contents;
@@ -382,6 +402,8 @@ void FmuOptions::add_to(CLI::App& app) {
     app.add_option("--fmi", version, "version of the standard: 3 (by default) or 2")
         ->type_name("VERSION")
         ->check(CLI::IsMember(std::set<int>{2, 3}).description(""));
+    app.add_flag("--clocks", has_clocks,
+                 "rates are clocks, which the importer ticks (FMI 3.0; other importers cannot run it)");
     app.add_option("--target", targets,
                    "machines that it has binaries for: x86_64, aarch64; otherwise this one")
         ->delimiter(',')

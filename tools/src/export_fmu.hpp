@@ -11,6 +11,7 @@ namespace bf::tools {
 
 struct FmuOptions {
     int version = 3;                       ///< of the standard
+    bool has_clocks = false;               ///< for its rates
     std::vector<std::string> targets = {}; ///< machines that it has binaries for; empty: this one
     bool has_no_binary = false;
 

@@ -17,12 +17,19 @@ class CoSimulation final : public FmuBlock {
                 "an FMU for co-simulation does steps of a fixed length; give the block a period");
         Running& its = at[running_];
         its.open();
-        its.transfers = {{description_, parameters_, [](const Port& p) { return !p.is_tunable; }},
-                         {description_, parameters_, [](const Port& p) { return p.is_tunable; }},
-                         {description_, inputs_, [](const Port& input) { return input.is_early; }},
-                         {description_, inputs_, [](const Port& input) { return !input.is_early; }},
-                         {description_, outputs_}};
+        its.transfers = {
+            {description_, parameters_, [](const Port& p) { return !p.is_tunable; }},
+            {description_, parameters_, [](const Port& p) { return p.is_tunable; }},
+            {description_, inputs_, [](const Port& p) { return p.clocks.empty() && p.is_early; }},
+            {description_, inputs_, [](const Port& p) { return p.clocks.empty() && !p.is_early; }},
+            {description_, outputs_, [](const Port& p) { return p.clocks.empty(); }}};
+        its.clocked = clocked();
         if (!begin(at)) throw std::runtime_error(its.instance->failure());
+        if (const char* const clock = its.clockwork.off_the_grid(at.period()))
+            throw std::runtime_error(
+                "the clock '" + std::string(clock) +
+                "' of the FMU ticks between the steps of the block; give the block a period that "
+                "divides the clock's interval and shift");
     }
     Status reset(Now at, After) const noexcept override {
         Running& its = at[running_];
@@ -36,14 +43,21 @@ class CoSimulation final : public FmuBlock {
             return its.failure();
         if (its.memory.is_initialized == 0 && !its.instance->exit_initialization()) return its.failure();
         its.memory.is_initialized = 1;
-        return its.transfers[outputs].read_from(*its.instance, at) ? ok : its.failure();
+        if (its.is_tick(at) && !((its.instance->state() == event_mode || its.instance->enter_event_mode()) &&
+                                 its.tick(at) && its.write_clocked(at, &Running::Clocked::early)))
+            return its.failure();
+        return its.transfers[outputs].read_from(*its.instance, at) && its.read_clocked(at) ? ok
+                                                                                           : its.failure();
     }
     Status update(Now at, Next) const noexcept override {
         Running& its = at[running_];
-        return its.transfers[late].write_to(*its.instance, at) &&
-                       its.instance->do_step(at.time(), at.period())
-                   ? ok
-                   : its.failure();
+        Event event;
+        if (!its.transfers[late].write_to(*its.instance, at)) return its.failure();
+        if (its.instance->state() == event_mode &&
+            !(its.write_clocked(at, &Running::Clocked::late) && its.end_event(at, event) &&
+              its.instance->enter_step_mode()))
+            return its.failure();
+        return its.instance->do_step(at.time(), at.period()) ? ok : its.failure();
     }
 
   private:
@@ -51,10 +65,10 @@ class CoSimulation final : public FmuBlock {
 
     bool begin(Now at) const noexcept {
         Running& its = at[running_];
-        its.memory.is_initialized = 0;
+        its.memory = {};
         return its.transfers[fixed].write_to(*its.instance, at) &&
                its.transfers[tunable].write_to(*its.instance, at) &&
-               its.instance->enter_initialization(at.time());
+               its.instance->enter_initialization(at.time()) && its.clockwork.begin(*its.instance, at.time());
     }
     /// Parameters that were changed since the last step; fixed ones count where a run begins.
     bool tune(Now at) const noexcept {

@@ -4,6 +4,7 @@
 #include "bf/base/numbers.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <map>
@@ -49,10 +50,11 @@ void write_value(void* to, bf::Type type, int i, double x) {
 
 // ---- values
 
-Transfer::Transfer(const Description& d, const Ports& ports, bool (*is_wanted)(const Port&)) {
+Transfer::Transfer(const Description& d, const Ports& ports,
+                   const std::function<bool(const Port&)>& is_wanted) {
     std::map<Type, std::size_t> groups;
     for (const auto& port : ports) {
-        if (is_wanted && !is_wanted(port)) continue;
+        if (!is_wanted(port)) continue;
         const auto& v = d.variables[static_cast<std::size_t>(port.variable)];
         const Type type = d.version == 2 && v.type == Type::float32 ? Type::float64 : v.type;
         const auto [at, is_new] = groups.emplace(type, values_.size());
@@ -103,7 +105,8 @@ constexpr std::size_t header = 2 + sizeof(Running::Memory) / sizeof(double); ///
 
 Running::Running(std::filesystem::path archive, const Description& d, Kind kind, Structure structure,
                  double timeout)
-    : archive_(std::move(archive)), kind_(kind), structure_(std::move(structure)), timeout_(timeout) {
+    : archive_(std::move(archive)), description_(d), kind_(kind), structure_(std::move(structure)),
+      timeout_(timeout), clockwork(d, archive_.string()) {
     const auto& its = kind == Kind::co_simulation ? d.co_simulation : d.model_exchange;
     can_save_ = its && its->has_state && its->can_serialize;
 }
@@ -137,9 +140,9 @@ void Running::open() {
         if (status != 0) bfWarning << name << ": " << text;
     };
     if (timeout_ > 0) {
-        instance = make_remote_instance(archive_, kind_, name, timeout_, log, structure_);
+        instance = make_remote_instance(archive_, description_, kind_, name, timeout_, log, structure_);
     } else {
-        if (!library_) library_ = std::make_unique<Library>(archive_, kind_, structure_);
+        if (!library_) library_ = std::make_unique<Library>(archive_, description_, kind_, structure_);
         instance = std::make_unique<LocalInstance>(*library_, name, log);
     }
     memory = {};
@@ -149,6 +152,27 @@ void Running::open() {
 void Running::close() noexcept {
     instance.reset();
     library_.reset();
+}
+
+double Running::slack(Now at) noexcept { return 1e-9 * std::max(1.0, std::abs(at.time())); }
+
+bool Running::write_clocked(Now at, Transfer Clocked::*which) noexcept {
+    return std::all_of(clocked.begin(), clocked.end(), [&](Clocked& its) {
+        return !clockwork.is_active(its.clocks) || (its.*which).write_to(*instance, at);
+    });
+}
+
+bool Running::read_clocked(Now at) noexcept {
+    return std::all_of(clocked.begin(), clocked.end(), [&](Clocked& its) {
+        return !clockwork.is_active(its.clocks) || its.outputs.read_from(*instance, at);
+    });
+}
+
+bool Running::end_event(Now at, Event& event) noexcept {
+    if (!instance->handle_event(event)) return false;
+    if (clockwork.is_some_active()) memory.ticked = at.time();
+    clockwork.end();
+    return true;
 }
 
 Status Running::failure(const char* text) noexcept {
@@ -175,6 +199,10 @@ FmuBlock::FmuBlock(const Arguments& arguments, Kind kind)
                                 ? ": it is for model exchange alone; use the block "
                                   "FMI/ModelExchange"
                                 : ": it is for co-simulation alone; use the block FMI/FMU"));
+        const Clockwork clockwork(described, archive_.string());
+        if (described.has_clocks() && kind == Kind::co_simulation && !described.co_simulation->has_event_mode)
+            throw FmuError(archive_.string() +
+                           ": it has clocks, but no event mode in which they tick (FMI 3.0, section 4.4)");
         description_ = std::move(described);
         declare_ports(kind);
     } catch (const FmuError& error) {
@@ -191,6 +219,23 @@ Structure FmuBlock::structure_of_arguments() const {
             throw FmuError("'structure' has '" + item + "', which gives no parameter a number; write n=3");
         all[item.substr(0, at)] = *value;
     }
+    return all;
+}
+
+std::vector<Running::Clocked> FmuBlock::clocked() const {
+    std::vector<Running::Clocked> all;
+    for (const auto* ports : {&inputs_, &outputs_})
+        for (const auto& port : *ports) {
+            const auto& clocks = port.clocks;
+            if (clocks.empty() ||
+                std::any_of(all.begin(), all.end(), [&](const auto& its) { return its.clocks == clocks; }))
+                continue;
+            all.push_back(
+                {clocks,
+                 {description_, inputs_, [&](const Port& p) { return p.clocks == clocks && p.is_early; }},
+                 {description_, inputs_, [&](const Port& p) { return p.clocks == clocks && !p.is_early; }},
+                 {description_, outputs_, [&](const Port& p) { return p.clocks == clocks; }}});
+        }
     return all;
 }
 
@@ -243,8 +288,9 @@ template <Role role> Port FmuBlock::declare(int number, const Variable& v, const
         if (v.minimum) about.minimum = *v.minimum;
         if (v.maximum) about.maximum = *v.maximum;
     }
-    Port port{number, -1, v.variability == Variability::continuous, v.variability == Variability::tunable,
-              false,  {}};
+    Port port{
+        number, -1, v.variability == Variability::continuous, v.variability == Variability::tunable, v.clocks,
+        false,  {}};
     const auto make = [&](auto t, auto scalar) {
         using Element = typename decltype(t)::type;
         using T = std::conditional_t<decltype(scalar)::value, Element, Array<Element>>;

@@ -3,6 +3,7 @@
 
 #include "bf/core/context.hpp"
 #include "bf/core/registry.hpp"
+#include "bf/fmi/clockwork.hpp"
 #include "bf/fmi/instance.hpp"
 
 #include <functional>
@@ -18,6 +19,7 @@ struct Port {
     int variable; ///< its number
     int slot;
     bool is_continuous, is_tunable; ///< of its variability
+    std::vector<int> clocks;        ///< in whose ticks alone it has values; none: always
     bool is_early = false;          ///< of inputs: does an output wait for it?
     std::function<void*(Now)> memory;
 };
@@ -27,7 +29,7 @@ using Ports = std::vector<Port>;
 class Transfer {
   public:
     /// Of those ports that are wanted.
-    Transfer(const Description& d, const Ports& ports, bool (*is_wanted)(const Port&) = nullptr);
+    Transfer(const Description& d, const Ports& ports, const std::function<bool(const Port&)>& is_wanted);
     bool write_to(Instance& instance, Now at) noexcept;
     bool read_from(Instance& instance, Now at) noexcept;
     /// Is any value another one than was written last?
@@ -48,7 +50,9 @@ class Transfer {
 
     std::vector<Values> values_;
     std::vector<Item> items_;
-    std::vector<std::byte> written_; ///< as the block's memory has them
+    /// As the block's memory has them: bits are compared, since NaN differs from itself, and 0 from -0 does
+    /// not.
+    std::vector<std::byte> written_;
 };
 
 /// The running FMU of one context, part of snapshots where the FMU can save itself.
@@ -72,6 +76,7 @@ class Running {
 
   private:
     std::filesystem::path archive_;
+    Description description_; ///< which is read once, when the block is made
     Kind kind_;
     Structure structure_;
     double timeout_;
@@ -89,9 +94,32 @@ class Running {
         double step = -1;                                            ///< the last one that was begun
         double next_event = std::numeric_limits<double>::infinity(); ///< s
         double sign = 1; ///< of the guard of events that are no crossings
+        double ticked = -std::numeric_limits<double>::infinity(); ///< s, when clocks did last
     } memory;
-    std::vector<Transfer> transfers; ///< numbered by each kind of block
-    std::vector<double> row;         ///< for states
+    std::vector<Transfer> transfers; ///< numbered by each kind of block, of what has no clock
+    /// What has values in the ticks of some clocks alone.
+    struct Clocked {
+        std::vector<int> clocks;
+        Transfer early, late, outputs;
+    };
+    std::vector<Clocked> clocked;
+    Clockwork clockwork;
+
+    /// Within which two times are one.
+    static double slack(Now at) noexcept;
+    bool is_tick(Now at) const noexcept { return clockwork.next(memory.ticked) <= at.time() + slack(at); }
+    /// Did some tick before this step?
+    bool has_missed_tick(Now at) const noexcept {
+        return clockwork.next(memory.ticked) < at.time() - slack(at);
+    }
+    /// In Event Mode: activates the clocks that tick now.
+    bool tick(Now at) noexcept { return !is_tick(at) || clockwork.tick(*instance, memory.ticked, at.time()); }
+    /// Of active clocks, early inputs or late ones.
+    bool write_clocked(Now at, Transfer Clocked::*which) noexcept;
+    bool read_clocked(Now at) noexcept;
+    /// Updates discrete states until nothing more changes; then no clock is active.
+    bool end_event(Now at, Event& event) noexcept;
+    std::vector<double> row; ///< for states
 };
 
 /// An FMU of one kind. Ports, parameters, types and sizes are those of its description.
@@ -122,6 +150,9 @@ class FmuBlock : public Block {
          .doc = "how long one of its functions may take in a process of its own [s]"}};
 
   protected:
+    /// Those of clocked ports, by their clocks.
+    std::vector<Running::Clocked> clocked() const;
+
     Description description_;
     Ports inputs_, outputs_, parameters_;
 

@@ -34,10 +34,11 @@ class ModelExchange final : public FmuBlock, public Differentiable {
                     {description_, parameters_, [](const Port& p) { return !p.is_tunable; }},
                     {description_, parameters_, [](const Port& p) { return p.is_tunable; }},
                     {description_, inputs_, [](const Port& p) { return p.is_continuous; }},
-                    {description_, inputs_, [](const Port& p) { return !p.is_continuous; }},
+                    {description_, inputs_, is_discrete},
                     {description_, inputs_, [](const Port& p) { return p.is_continuous && p.is_early; }},
-                    {description_, inputs_, [](const Port& p) { return !p.is_continuous && p.is_early; }},
-                    {description_, outputs_}};
+                    {description_, inputs_, [](const Port& p) { return is_discrete(p) && p.is_early; }},
+                    {description_, outputs_, [](const Port& p) { return p.clocks.empty(); }}};
+                its.clocked = clocked();
             } else if (!its.instance->reset()) {
                 return its.failure();
             }
@@ -47,7 +48,8 @@ class ModelExchange final : public FmuBlock, public Differentiable {
         its.memory = {};
         its.row.resize(static_cast<std::size_t>(its.instance->state_count()));
         return write(its, at, fixed) && write(its, at, tunable) &&
-                       its.instance->enter_initialization(at.time()) && its.instance->exit_initialization() &&
+                       its.instance->enter_initialization(at.time()) &&
+                       its.clockwork.begin(*its.instance, at.time()) && its.instance->exit_initialization() &&
                        get_states(its, after)
                    ? ok
                    : its.failure();
@@ -58,9 +60,11 @@ class ModelExchange final : public FmuBlock, public Differentiable {
         if (!its.instance) return Status::failure("the FMU was not started");
         if (!its.is_restored || !begin_step(its, at)) return its.failure();
         const bool is_event = its.instance->state() == event_mode;
-        return (is_event ? write(its, at, early_discrete)
+        return (is_event ? its.tick(at) && write(its, at, early_discrete) &&
+                               its.write_clocked(at, &Running::Clocked::early)
                          : its.instance->set_time(at.time()) && set_states(its, at)) &&
-                       write(its, at, early_continuous) && its.transfers[outputs].read_from(*its.instance, at)
+                       write(its, at, early_continuous) &&
+                       its.transfers[outputs].read_from(*its.instance, at) && its.read_clocked(at)
                    ? ok
                    : its.failure();
     }
@@ -81,12 +85,14 @@ class ModelExchange final : public FmuBlock, public Differentiable {
                                 its.transfers[tunable].differs(at);
         guards[change] =
             its.memory.sign *
-            (is_changed ? -1.0 : std::min(1.0, its.memory.next_event - at.time() + 2 * slack(at)));
+            (is_changed ? -1.0 : std::min(1.0, its.memory.next_event - at.time() + 2 * Running::slack(at)));
         return ok;
     }
 
     Status event(Now at, After after) const noexcept override {
         Running& its = at[running_];
+        if (its.instance->state() != event_mode && its.is_tick(at))
+            return fail_off_the_grid(its), its.failure();
         if (its.instance->state() != event_mode && !enter_event(its, at)) return its.failure();
         if (at[change] != 0) its.memory.sign = -its.memory.sign;
         bool has_jumped = false;
@@ -143,6 +149,7 @@ class ModelExchange final : public FmuBlock, public Differentiable {
     }
 
   private:
+    static bool is_discrete(const Port& p) { return !p.is_continuous && p.clocks.empty(); }
     enum { fixed, tunable, continuous, discrete, early_continuous, early_discrete, outputs }; ///< transfers
 
     std::optional<std::vector<std::string>> state_names() const {
@@ -209,13 +216,17 @@ class ModelExchange final : public FmuBlock, public Differentiable {
     bool write(Running& its, Now at, int transfer) const noexcept {
         return its.transfers[static_cast<std::size_t>(transfer)].write_to(*its.instance, at);
     }
-    /// Within which two times are one.
-    static double slack(Now at) noexcept { return 1e-9 * std::max(1.0, std::abs(at.time())); }
     static bool is_due(const Running& its, Now at) noexcept {
-        return at.time() >= its.memory.next_event - slack(at);
+        return at.time() >= its.memory.next_event - Running::slack(at);
+    }
+    static bool fail_off_the_grid(Running& its) noexcept {
+        return its.instance->fail(
+            "", "one of its clocks ticks between two steps of the model; give the model a step "
+                "that divides the clock's interval and shift");
     }
     /// An event is not before the time that the FMU named.
     bool enter_event(Running& its, Now at) const noexcept {
+        if (its.has_missed_tick(at)) return fail_off_the_grid(its);
         const double time = is_due(its, at) ? std::max(at.time(), its.memory.next_event) : at.time();
         return its.instance->set_time(time) && set_states(its, at) && its.instance->enter_event_mode();
     }
@@ -245,19 +256,22 @@ class ModelExchange final : public FmuBlock, public Differentiable {
     /// The instance knows what there is at this instant.
     bool show(Running& its, Now at) const noexcept {
         if (its.instance->state() == event_mode)
-            return write(its, at, continuous) && write(its, at, discrete);
+            return write(its, at, continuous) && write(its, at, discrete) && write_clocked(its, at);
         return its.instance->set_time(at.time()) && set_states(its, at) && write(its, at, continuous);
     }
     /// An event ends.
     bool settle(Running& its, Now at, bool& has_jumped) const noexcept {
         Event event;
-        if (!write(its, at, continuous) || !write(its, at, discrete) ||
-            (its.transfers[tunable].differs(at) && !write(its, at, tunable)) ||
-            !its.instance->handle_event(event))
+        if (!write(its, at, continuous) || !write(its, at, discrete) || !write_clocked(its, at) ||
+            (its.transfers[tunable].differs(at) && !write(its, at, tunable)) || !its.end_event(at, event))
             return false;
         has_jumped = event.has_jumped;
-        its.memory.next_event = event.next;
+        its.memory.next_event = std::min(event.next, its.clockwork.next(its.memory.ticked));
         return true;
+    }
+    static bool write_clocked(Running& its, Now at) noexcept {
+        return its.write_clocked(at, &Running::Clocked::early) &&
+               its.write_clocked(at, &Running::Clocked::late);
     }
 
     bf::Dim n{this, "n", std::function<bf::Dim::Names()>([this] { return state_names(); })};

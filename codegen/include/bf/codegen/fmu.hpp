@@ -3,6 +3,7 @@
 
 #include "bf/codegen/generate.hpp"
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -30,12 +31,22 @@ struct FmuVariable {
     std::vector<double> start;       ///< of inputs and parameters: all elements, column by column
     std::vector<std::string> inputs; ///< names of those on which an output depends in the same instant
     std::vector<std::pair<double, std::string>> names = {}; ///< of the values of an enumeration
+    std::vector<int> clocks = {}; ///< numbers of those in whose ticks it has values; none: always
+};
+
+/// A rate of the model as a periodic clock of FMI 3.0. Its value reference follows those of variables.
+struct FmuClock {
+    std::string name;
+    std::int64_t ticks, offset; ///< steps of the model
+    /// Interval and shift are these counts of 1 / resolution s, exactly; 0: no resolution gives them so.
+    std::uint64_t resolution = 0, interval = 0, shift = 0;
 };
 
 struct FmuCode {
     Files files;                      ///< sources and headers; the latter are included from the same folder
     std::vector<std::string> sources; ///< which of them to compile, as C++17
     std::vector<FmuVariable> variables;
+    std::vector<FmuClock> clocks;
     std::vector<std::string> options; ///< of GCC and Clang
     std::string identifier;           ///< of the model, a C name
     std::string token;                ///< of this code, which the description has to name
@@ -47,10 +58,17 @@ struct FmuCode {
     bool has_derivatives = false;      ///< of model exchange
 };
 
-/// An FMU of FMI `version` 2.0 or 3.0, whose code is that of generate(). Throws GenerationError for diagrams
+/// How an FMU is made.
+struct FmuChoice {
+    int version = 3; ///< of FMI: 2 or 3
+    /// Are the rates of the model clocks, which importers tick? FMI 3.0.
+    bool has_clocks = false;
+};
+
+/// An FMU of FMI 2.0 or 3.0, whose code is that of generate(). Throws GenerationError for diagrams
 /// that generate() refuses, and for names of two variables that are one. `folders`: where blocks from plugins
 /// look for files, by their paths, relative to the model's folder, if not in that of their own file.
-FmuCode generate_fmu(const Diagram& diagram, int version, const Options& options = {},
+FmuCode generate_fmu(const Diagram& diagram, const FmuChoice& choice, const Options& options = {},
                      const std::map<std::string, std::string>& folders = {});
 
 } // namespace bf::codegen

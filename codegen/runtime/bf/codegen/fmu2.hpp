@@ -13,10 +13,10 @@
 
 namespace bf::generated::fmu2 {
 
-inline void log(const FmuInstance& instance, FmuInstance::Level level, const char* category,
+inline void log(const FmuMessages& instance, FmuMessages::Level level, const char* category,
                 const char* text) {
     const auto callback = reinterpret_cast<decltype(fmi2CallbackFunctions::logger)>(instance.callback);
-    if (!callback || !(instance.is_logging || level >= FmuInstance::Level::error)) return;
+    if (!callback || !(instance.is_logging || level >= FmuMessages::Level::error)) return;
     // The text is the format itself: importers in languages without variadic functions show nothing else.
     char format[700];
     std::size_t size = 0;

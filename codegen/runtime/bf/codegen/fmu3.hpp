@@ -13,10 +13,10 @@
 
 namespace bf::generated::fmu3 {
 
-inline void log(const FmuInstance& instance, FmuInstance::Level level, const char* category,
+inline void log(const FmuMessages& instance, FmuMessages::Level level, const char* category,
                 const char* text) {
     const auto callback = reinterpret_cast<fmi3LogMessageCallback>(instance.callback);
-    if (callback && (instance.is_logging || level >= FmuInstance::Level::error))
+    if (callback && (instance.is_logging || level >= FmuMessages::Level::error))
         callback(instance.environment, fmi3Status(level), category, text);
 }
 
@@ -49,7 +49,7 @@ fmi3Status get(fmi3Instance handle, const char* function, Type type, const fmi3V
     return call(handle, Call::get_values, function, [&](FmuInstance& instance) {
         return for_each<T>(instance, function, type, references, count, size,
                            [&](const auto& v, std::size_t at) {
-                               if (!refreshed(instance, v)) return false;
+                               if (!instance.has_value(v, function) || !refreshed(instance, v)) return false;
                                const auto* const from = reinterpret_cast<const Stored*>(v.data);
                                for (int i = 0; i < v.count; ++i)
                                    values[at + std::size_t(i)] = from[FmuVariables::place(v, i)];
@@ -62,18 +62,18 @@ template <class T>
 fmi3Status set(fmi3Instance handle, const char* function, Type type, const fmi3ValueReference* references,
                std::size_t count, const T* values, std::size_t size) noexcept {
     return call(handle, Call::set_values, function, [&](FmuInstance& instance) {
-        const bool good = for_each<T>(instance, function, type, references, count, size,
-                                      [&](const auto& v, std::size_t at) {
-                                          if (!can_be_set(instance, function, v)) return false;
-                                          for (int i = 0; i < v.count; ++i) {
-                                              const T value = values[at + std::size_t(i)];
-                                              if constexpr (is_enumeration<T>)
-                                                  if (T(fmi3Int32(value)) != value)
-                                                      return cannot_be(instance, function, v, double(value));
-                                              instance.write(v, i, double(value));
-                                          }
-                                          return true;
-                                      });
+        const bool good = for_each<T>(
+            instance, function, type, references, count, size, [&](const auto& v, std::size_t at) {
+                if (!instance.has_value(v, function) || !can_be_set(instance, function, v)) return false;
+                for (int i = 0; i < v.count; ++i) {
+                    const T value = values[at + std::size_t(i)];
+                    if constexpr (is_enumeration<T>)
+                        if (T(fmi3Int32(value)) != value)
+                            return cannot_be(instance, function, v, double(value));
+                    instance.write(v, i, double(value));
+                }
+                return true;
+            });
         return instance.finish_writing() && good;
     });
 }
@@ -87,6 +87,26 @@ inline bool elements(FmuInstance& instance, const char* function, const fmi3Valu
         for (int i = 0; i < v->count; ++i) to.push_back({int(references[k]), FmuVariables::place(*v, i)});
     }
     return are_differentiable(instance, fmu_tables, function, to, values);
+}
+
+/// Calls f with each clock and its number in the list; false for what is none.
+template <class F>
+fmi3Status for_each_clock(fmi3Instance handle, Call kind, const char* function,
+                          const fmi3ValueReference* references, std::size_t count, F&& f) noexcept {
+    return call(handle, kind, function, [&](FmuInstance& instance) {
+        for (std::size_t i = 0; i < count; ++i) {
+            const FmuClock* const clock = instance.clocks.clock(references[i]);
+            if (!clock) return has_none(instance, function, references[i]);
+            if (!f(instance, *clock, i)) return false;
+        }
+        return true;
+    });
+}
+inline bool has_fraction(const FmuInstance& instance, const char* function, const FmuClock& clock) {
+    if (clock.resolution != 0) return true;
+    instance.message(FmuInstance::Level::error, "logStatusError",
+                     "%s: no fraction is exactly the interval of '%s'", function, clock.name);
+    return false;
 }
 
 /// An instance of that order of calls, or null.
@@ -125,12 +145,17 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
                                          fmi3Boolean allows_early_return, const fmi3ValueReference*, size_t,
                                          fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
                                          fmi3IntermediateUpdateCallback between) {
-    if (uses_event_mode) {
-        if (log) log(environment, fmi3Error, "logStatusError", "this FMU has no event mode in co-simulation");
+    const bool has_clocks = bf::generated::fmu_tables.clock_count > 0;
+    if (uses_event_mode != has_clocks) {
+        if (log)
+            log(environment, fmi3Error, "logStatusError",
+                has_clocks
+                    ? "this FMU has clocks, which tick in event mode: use that (FMI 3.0, section 2.3.1)"
+                    : "this FMU has no event mode in co-simulation");
         return nullptr;
     }
-    return bf::generated::fmu3::make({3, true, false}, name, token, resources, logging, environment, log,
-                                     between, allows_early_return);
+    return bf::generated::fmu3::make({3, true, uses_event_mode}, name, token, resources, logging, environment,
+                                     log, between, allows_early_return);
 }
 
 fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi3String resources,
@@ -200,11 +225,13 @@ fmi3Status fmi3DoStep(fmi3Instance handle, fmi3Float64 time, fmi3Float64 step, f
     });
 }
 
+BF_FMI_FUNCTION(fmi3EnterStepMode, (fmi3Instance handle), call, enter_step_mode, { return true; })
+
 BF_FMI_FUNCTION(fmi3EnterConfigurationMode, (fmi3Instance handle), call, enter_configuration,
                 { return true; })
 BF_FMI_FUNCTION(fmi3ExitConfigurationMode, (fmi3Instance handle), call, exit_configuration, { return true; })
 
-// Model exchange.
+// Events.
 BF_FMI_FUNCTION(fmi3UpdateDiscreteStates,
                 (fmi3Instance handle, fmi3Boolean* again, fmi3Boolean* terminate,
                  fmi3Boolean* nominals_changed, fmi3Boolean* states_changed, fmi3Boolean* has_next_event,
@@ -245,7 +272,57 @@ BF_FMI3_DERIVATIVE(fmi3GetDirectionalDerivative, false)
 BF_FMI3_DERIVATIVE(fmi3GetAdjointDerivative, true)
 #undef BF_FMI3_DERIVATIVE
 
-// What this FMU has not.
+// Clocks.
+#define BF_FMI3_CLOCKS(name, kind, parameters, ...)                                                          \
+    fmi3Status name parameters {                                                                             \
+        return bf::generated::fmu3::for_each_clock(                                                          \
+            handle, bf::fmi::Call::kind, #name, references,                                                  \
+            count, [&](auto& instance, const auto& clock, size_t i) -> bool __VA_ARGS__);                    \
+    }
+BF_FMI3_CLOCKS(fmi3SetClock, activate_clocks,
+               (fmi3Instance handle, bf_fmi3_references references, size_t count, const fmi3Clock* active), {
+                   bf::generated::Problem why;
+                   return active[i] ? instance.activate(clock)
+                                    : instance.clocks.deactivate(clock, why) || instance.fail(why.text);
+               })
+BF_FMI3_CLOCKS(fmi3GetClock, activate_clocks,
+               (fmi3Instance handle, bf_fmi3_references references, size_t count, fmi3Clock* active), {
+                   active[i] = instance.clocks.is_active(clock);
+                   return true;
+               })
+BF_FMI3_CLOCKS(fmi3GetIntervalDecimal, get_clocks,
+               (fmi3Instance handle, bf_fmi3_references references, size_t count, fmi3Float64* intervals,
+                fmi3IntervalQualifier* qualifiers),
+               {
+                   intervals[i] = instance.clocks.interval(clock);
+                   qualifiers[i] = fmi3IntervalUnchanged; // as that of the description is
+                   return true;
+               })
+BF_FMI3_CLOCKS(fmi3GetShiftDecimal, get_clocks,
+               (fmi3Instance handle, bf_fmi3_references references, size_t count, fmi3Float64* shifts), {
+                   shifts[i] = instance.clocks.shift(clock);
+                   return true;
+               })
+BF_FMI3_CLOCKS(fmi3GetIntervalFraction, get_clocks,
+               (fmi3Instance handle, bf_fmi3_references references, size_t count, fmi3UInt64* counters,
+                fmi3UInt64* resolutions, fmi3IntervalQualifier* qualifiers),
+               {
+                   counters[i] = clock.interval;
+                   resolutions[i] = clock.resolution;
+                   qualifiers[i] = fmi3IntervalUnchanged;
+                   return bf::generated::fmu3::has_fraction(instance, "fmi3GetIntervalFraction", clock);
+               })
+BF_FMI3_CLOCKS(fmi3GetShiftFraction, get_clocks,
+               (fmi3Instance handle, bf_fmi3_references references, size_t count, fmi3UInt64* counters,
+                fmi3UInt64* resolutions),
+               {
+                   counters[i] = clock.shift;
+                   resolutions[i] = clock.resolution;
+                   return bf::generated::fmu3::has_fraction(instance, "fmi3GetShiftFraction", clock);
+               })
+#undef BF_FMI3_CLOCKS
+
+// What this FMU has not: intervals are constant, and clocks are activated, no partitions.
 BF_FMI_NONE(fmi3GetUInt64, (fmi3Instance handle, bf_fmi3_references, size_t, fmi3UInt64*, size_t))
 BF_FMI_NONE(fmi3SetUInt64, (fmi3Instance handle, bf_fmi3_references, size_t, const fmi3UInt64*, size_t))
 BF_FMI_NONE(fmi3GetString, (fmi3Instance handle, bf_fmi3_references, size_t, fmi3String*, size_t))
@@ -253,17 +330,9 @@ BF_FMI_NONE(fmi3SetString, (fmi3Instance handle, bf_fmi3_references, size_t, con
 BF_FMI_NONE(fmi3GetBinary, (fmi3Instance handle, bf_fmi3_references, size_t, size_t*, fmi3Binary*, size_t))
 BF_FMI_NONE(fmi3SetBinary,
             (fmi3Instance handle, bf_fmi3_references, size_t, const size_t*, const fmi3Binary*, size_t))
-BF_FMI_NONE(fmi3GetClock, (fmi3Instance handle, bf_fmi3_references, size_t, fmi3Clock*))
-BF_FMI_NONE(fmi3SetClock, (fmi3Instance handle, bf_fmi3_references, size_t, const fmi3Clock*))
 BF_FMI_NONE(fmi3GetNumberOfVariableDependencies, (fmi3Instance handle, fmi3ValueReference, size_t*))
 BF_FMI_NONE(fmi3GetVariableDependencies, (fmi3Instance handle, fmi3ValueReference, size_t*,
                                           fmi3ValueReference*, size_t*, fmi3DependencyKind*, size_t))
-BF_FMI_NONE(fmi3GetIntervalDecimal,
-            (fmi3Instance handle, bf_fmi3_references, size_t, fmi3Float64*, fmi3IntervalQualifier*))
-BF_FMI_NONE(fmi3GetIntervalFraction, (fmi3Instance handle, bf_fmi3_references, size_t, fmi3UInt64*,
-                                      fmi3UInt64*, fmi3IntervalQualifier*))
-BF_FMI_NONE(fmi3GetShiftDecimal, (fmi3Instance handle, bf_fmi3_references, size_t, fmi3Float64*))
-BF_FMI_NONE(fmi3GetShiftFraction, (fmi3Instance handle, bf_fmi3_references, size_t, fmi3UInt64*, fmi3UInt64*))
 BF_FMI_NONE(fmi3SetIntervalDecimal, (fmi3Instance handle, bf_fmi3_references, size_t, const fmi3Float64*))
 BF_FMI_NONE(fmi3SetIntervalFraction,
             (fmi3Instance handle, bf_fmi3_references, size_t, const fmi3UInt64*, const fmi3UInt64*))
@@ -271,7 +340,6 @@ BF_FMI_NONE(fmi3SetShiftDecimal, (fmi3Instance handle, bf_fmi3_references, size_
 BF_FMI_NONE(fmi3SetShiftFraction,
             (fmi3Instance handle, bf_fmi3_references, size_t, const fmi3UInt64*, const fmi3UInt64*))
 BF_FMI_NONE(fmi3EvaluateDiscreteStates, (fmi3Instance handle))
-BF_FMI_NONE(fmi3EnterStepMode, (fmi3Instance handle))
 BF_FMI_NONE(fmi3GetOutputDerivatives,
             (fmi3Instance handle, bf_fmi3_references, size_t, const fmi3Int32*, fmi3Float64*, size_t))
 BF_FMI_NONE(fmi3ActivateModelPartition, (fmi3Instance handle, fmi3ValueReference, fmi3Float64))

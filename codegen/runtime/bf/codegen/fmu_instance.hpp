@@ -1,14 +1,14 @@
 // A generated model as an instance of an FMU, for either version of the standard.
 #pragma once
 
+#include "bf/codegen/fmu_clocks.hpp"
 #include "bf/codegen/fmu_memory.hpp"
+#include "bf/codegen/fmu_messages.hpp"
 #include "bf/codegen/fmu_state.hpp"
 #include "bf/codegen/fmu_variables.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
 #include <string>
 
 namespace bf::generated {
@@ -19,20 +19,16 @@ namespace bf::generated {
 /// A step of the model begins with the signals at its time, from the inputs there, and ends with the next
 /// states. The importer may read outputs before it writes the inputs of the same instant; signals that were
 /// computed too early are computed again from a copy of the model.
-class FmuInstance {
+class FmuInstance : public FmuMessages {
   public:
-    enum class Level { ok, warning, discard, error };
-    /// Where messages go: `level` has the numbers of both standards.
-    using Log = void (*)(const FmuInstance&, Level, const char* category, const char* message);
-
     using Variable = FmuVariables::Variable;
 
     /// `resources`: the folder of the FMU's files, which a model of rules alone does without.
     FmuInstance(const FmuTables& tables, const char* name, fmi::CallOrder order_of_calls, Log log_message,
                 std::string resources)
-        : order(order_of_calls), variables(tables), name_(name ? name : ""), resources_(std::move(resources)),
-          exchange_(*tables.exchange), library_(*tables.library()), host_(tables.host), log_(log_message),
-          memory_(tables) {}
+        : FmuMessages(name, order_of_calls, log_message), variables(tables), clocks(tables, moment_),
+          resources_(std::move(resources)), exchange_(*tables.exchange), library_(*tables.library()),
+          host_(tables.host), memory_(tables) {}
     FmuInstance(const FmuInstance&) = delete;
     FmuInstance& operator=(const FmuInstance&) = delete;
     ~FmuInstance() { close(); }
@@ -64,7 +60,6 @@ class FmuInstance {
         return open();
     }
 
-    const char* name() const noexcept { return name_.c_str(); }
     double time() const noexcept { return moment_.time; }
     bool has_state() const noexcept { return memory_.size() > 0; }
     std::size_t model_size() const noexcept { return memory_.size(); } ///< bytes of a saved model
@@ -75,6 +70,7 @@ class FmuInstance {
     /// Makes the variable's memory hold its value of now; false when the model fails.
     bool refresh(const Variable& v) {
         if (variables.is_time(v)) return true;
+        if (!have_clocks_ticked()) return false;
         if (v.table == fmu_rates) return initialize() && compute_rates();
         if (v.table == fmu_states) return initialize();
         if (v.table == fmu_crossings) return initialize() && compute_crossings(variables.crossings());
@@ -179,6 +175,7 @@ class FmuInstance {
     template <class Between> bool advance(double step, Between&& between) {
         const double period = library_.period, end = moment_.time + step;
         const auto last = std::int64_t(std::floor((end - moment_.start) / period + 1e-6));
+        if (Problem why; !clocks.have_ticked(last, end, why)) return fail(why.text);
         while (library_.steps(model_) < last) {
             if (!compute(true)) return false;
             if (!library_.update(model_)) return fail_of_model();
@@ -238,10 +235,12 @@ class FmuInstance {
     }
 
     /// Events begin with the initial states.
-    bool exit_initialization() { return remember_states(); }
+    bool exit_initialization() { return order.is_co_simulation() ? initialize() : remember_states(); }
     /// Where a step of the model is due, it begins: outputs are those of the step, from the inputs there.
     bool enter_event() {
+        if (order.is_co_simulation()) return true;
         if (!remember_states()) return false;
+        if (clocks.have_some()) return have_clocks_ticked(); // which begin it
         const bool is_due =
             exchange_.is_sampled && own_time() >= due() - 1e-9 * std::max(1.0, std::abs(due()));
         if (is_due) {
@@ -250,8 +249,23 @@ class FmuInstance {
         }
         return true;
     }
-    /// Ends the step that has begun, or answers a crossing. Did states jump since the event began?
+    /// A clock ticks: the step of the model begins that all clocks of this instant have in common.
+    bool activate(const FmuClock& clock) {
+        Problem why;
+        const std::int64_t step = clocks.activate(clock, why);
+        if (step < 0) return fail(why.text);
+        if (!moment_.is_committed) return true; // it begins already
+        exchange_.pass(model_, step - library_.steps(model_));
+        moment_.is_committed = is_computed_ = false;
+        return true;
+    }
+    /// Ends the step that has begun, or answers a crossing. Did states jump since the event began? A step at
+    /// which clocks tick ends with them alone, in co-simulation when time goes on.
     bool handle_event(bool& has_jumped) {
+        const bool is_tick = clocks.is_some_active();
+        if (Problem why; is_tick && !clocks.end_tick(why)) return fail(why.text);
+        const bool waits = !is_tick && !moment_.is_committed && clocks.is_due(library_.steps(model_));
+        if (waits || order.is_co_simulation()) return compute();
         if (!moment_.is_committed) {
             if (!compute()) return false;
             is_computed_ = false;
@@ -269,7 +283,7 @@ class FmuInstance {
         bool has_jumped = false;
         return moment_.is_committed || handle_event(has_jumped);
     }
-    bool has_next_event() const noexcept { return exchange_.is_sampled; }
+    bool has_next_event() const noexcept { return exchange_.is_sampled && !clocks.have_some(); }
     double next_event() const noexcept { return moment_.start + due(); }
 
     // ---- states
@@ -296,35 +310,17 @@ class FmuInstance {
 
     // ---- messages
 
-    /// May this function be called now?
-    bool may(fmi::Call call, const char* function) {
-        Problem problem;
-        if (order.check(call, function, problem)) return true;
-        message(Level::error, "logStatusError", "%s", problem.text);
-        return false;
+    /// Has the variable a value at this instant? With a message where it has none.
+    bool has_value(const Variable& v, const char* function) {
+        Problem why;
+        return order.state() & (fmi::instantiated | fmi::initialization) ||
+               clocks.has_value(v, function, why) || fail(why.text);
     }
 
-    [[gnu::format(printf, 4, 5)]] void message(Level level, const char* category, const char* format,
-                                               ...) const noexcept {
-        char text[600];
-        va_list list;
-        va_start(list, format);
-        std::vsnprintf(text, sizeof text, format, list);
-        va_end(list);
-        if (log_) log_(*this, level, category, text);
-    }
-    bool fail(const char* text) {
-        message(Level::error, "logStatusError", "%s", text);
-        return false;
-    }
-
-    fmi::CallOrder order;
     FmuVariables variables;
-    // Of the version's functions.
-    void (*callback)(void) = nullptr; ///< that logs
-    void (*between)(void) = nullptr;  ///< that is called inside of steps
-    void* environment = nullptr;
-    bool is_logging = false, allows_early_return = false;
+    FmuClocks clocks;
+    void (*between)(void) = nullptr; ///< the version's, that is called inside of steps
+    bool allows_early_return = false;
 
   private:
     struct NewValues {
@@ -369,6 +365,11 @@ class FmuInstance {
         is_computed_ = false;
         return true;
     }
+    /// Solvers may look beyond a tick, but nothing else does.
+    bool have_clocks_ticked() {
+        Problem why;
+        return clocks.have_ticked(clocks.step_after(moment_.time), moment_.time, why) || fail(why.text);
+    }
     static bool same(double a, double b) noexcept { return std::memcmp(&a, &b, sizeof a) == 0; }
     void write_later_values() {
         for (const auto& its : later_inputs_)
@@ -380,11 +381,10 @@ class FmuInstance {
         finish_writing();
     }
 
-    std::string name_, resources_, folder_; ///< the last one of the model's files
+    std::string resources_, folder_; ///< the last one of the model's files
     const Exchange& exchange_;
     const bf_run_library& library_;
     const FmuHost* host_;
-    Log log_;
     bf_run_model* model_ = nullptr;
     FmuMemory memory_; ///< kept while the signals of a step are computed
     std::vector<NewValues> new_values_, later_values_;

@@ -16,6 +16,8 @@ struct FmuMoment {
     double time = 0, start = 0;  ///< s
     bool is_initialized = false; ///< does the model have its initial states?
     bool is_committed = false;   ///< in model exchange: is it between two steps?
+    std::uint64_t active = 0;    ///< clocks
+    std::int64_t ticked = -1;    ///< the last step of the model at which clocks ticked
 };
 
 /// An instance as it was.
@@ -27,8 +29,17 @@ struct FmuState {
     /// Bytes: which code it is of, how the instance was called, a checksum, then the model.
     static std::size_t size(std::size_t model) noexcept { return sizeof(Header) + model; }
     void serialize(std::uint64_t fingerprint, unsigned char* to) const {
-        Header header{fingerprint,         model.size(),  0, moment.time, moment.start, moment.is_initialized,
-                      moment.is_committed, order.state(), 0};
+        Header header{fingerprint,
+                      model.size(),
+                      0,
+                      moment.time,
+                      moment.start,
+                      moment.active,
+                      moment.ticked,
+                      moment.is_initialized,
+                      moment.is_committed,
+                      order.state(),
+                      0};
         header.checksum = checksum(header, model.data());
         std::memcpy(to, &header, sizeof header);
         std::memcpy(to + sizeof header, model.data(), model.size());
@@ -45,7 +56,8 @@ struct FmuState {
         order.set_state(fmi::State(header.state));
         return std::make_unique<FmuState>(
             FmuState{order,
-                     {header.time, header.start, header.is_initialized != 0, header.is_committed != 0},
+                     {header.time, header.start, header.is_initialized != 0, header.is_committed != 0,
+                      header.active, header.ticked},
                      std::vector<unsigned char>(from + sizeof header, from + count)});
     }
 
@@ -53,6 +65,8 @@ struct FmuState {
     struct Header {
         std::uint64_t fingerprint, size, checksum;
         double time, start;
+        std::uint64_t active;
+        std::int64_t ticked;
         std::uint32_t is_initialized, is_committed, state, unused;
     };
     /// FNV-1a of all but the checksum itself.

@@ -24,6 +24,15 @@ struct FmuVariable {
     int row;
     FmuSetting setting;
     bool is_enumeration = false; ///< FMI 3.0 reads and writes these as integers of 64 bits
+    std::uint64_t clocks = 0;    ///< bits: it has values while one of them is active; none: always
+};
+
+/// A periodic clock, in steps of the model.
+struct FmuClock {
+    const char* name;
+    std::int64_t ticks, offset;
+    /// Interval and shift are these counts of 1 / resolution s; 0: no resolution gives them exactly.
+    std::uint64_t resolution, interval, shift;
 };
 
 /// Continuous states, their derivatives, and zero-crossing functions as one vector.
@@ -69,6 +78,8 @@ struct FmuTables {
     const FmuDerivatives* derivatives; ///< null: they are not known
     /// Are the signals of a step computed alike as often as they are, as long as made blocks begin alike?
     bool are_signals_repeatable;
+    const FmuClock* clocks;
+    int clock_count; ///< at most 64
 };
 
 /// Value references: of FMI 3.0 the number of a variable, of FMI 2.0 that of an element among those of all.
@@ -82,6 +93,7 @@ class FmuVariables {
         char* data;
         const char* name;
         bool is_enumeration = false;
+        std::uint64_t clocks = 0;
     };
     explicit FmuVariables(const FmuTables& tables) : tables_(tables) {}
 
@@ -110,7 +122,7 @@ class FmuVariables {
                 its.table != bf_run_outputs && its.table != bf_run_signals && its.table < fmu_states;
             const FmuSetting setting = can_be_set ? its.setting : FmuSetting::none;
             add({its.table, Type(q.type), q.rows, q.cols, q.rows * q.cols, setting,
-                 static_cast<char*>(q.data), q.path, its.is_enumeration});
+                 static_cast<char*>(q.data), q.path, its.is_enumeration, its.clocks});
         }
         return true;
     }

@@ -4,6 +4,8 @@
 #include "bf/codegen/quantity.hpp"
 #include "bf/run/run_c.h"
 
+#include <cstdint>
+
 namespace bf::generated {
 
 /// Times are those of the model. Functions that compute give false when the model fails.
@@ -17,6 +19,7 @@ struct Exchange {
     bool (*compute_signals)(bf_run_model*, double);
     bool (*answer)(bf_run_model*, double);
     bool (*end_step)(bf_run_model*);
+    void (*pass)(bf_run_model*, std::int64_t steps); ///< over steps in which nothing is sampled
     /// Continuous state `number` with its elements in a row, or its derivative.
     bool (*quantity)(bf_run_model*, bool is_rate, int number, bf_run_quantity* row);
 };
@@ -27,6 +30,7 @@ inline constexpr Exchange no_exchange{0,
                                       false,
                                       [](bf_run_model*) -> double* { return nullptr; },
                                       [](bf_run_model*) -> double* { return nullptr; },
+                                      nullptr,
                                       nullptr,
                                       nullptr,
                                       nullptr,
@@ -59,6 +63,7 @@ template <class Model> struct ExchangeOf {
         [](bf_run_model* m, double at) { return of(m)->compute_signals(at); },
         [](bf_run_model* m, double at) { return of(m)->answer(at); },
         [](bf_run_model* m) { return of(m)->end_step(); },
+        [](bf_run_model* m, std::int64_t steps) { of(m)->pass(steps); },
         quantity};
 };
 

@@ -27,11 +27,12 @@ enum class Call {
     completed_integrator_step,
     set_time,
     set_continuous_states,
-    get_continuous, ///< states, derivatives, event indicators
-    get_nominals,   ///< FMI 2.0 allows it before the initialisation, too
-    get_numbers,    ///< of states and event indicators
-    get_clocks,     ///< intervals and shifts
-    set_clocks,     ///< intervals and shifts
+    get_continuous,  ///< states, derivatives, event indicators
+    get_nominals,    ///< FMI 2.0 allows it before the initialisation, too
+    get_numbers,     ///< of states and event indicators
+    get_clocks,      ///< intervals and shifts
+    set_clocks,      ///< intervals and shifts
+    activate_clocks, ///< also asks whether they are active
     get_output_derivatives,
     do_step,
     get_step_status, ///< FMI 2.0: also fmi2CancelStep
@@ -113,6 +114,7 @@ class CallOrder {
         case Call::get_numbers: return is_co_simulation_ ? 0u : computed | instantiated | configuration;
         case Call::get_clocks: return instantiated | initialization | event_mode;
         case Call::set_clocks: return instantiated | initialization | event_mode;
+        case Call::activate_clocks: return event_mode;
         case Call::get_output_derivatives: return step_mode | intermediate_update | terminated;
         case Call::do_step: return is_co_simulation_ ? unsigned(step_mode) : 0u;
         case Call::get_step_status: return is_co_simulation_ ? unsigned(step_mode | terminated) : 0u;

@@ -45,6 +45,16 @@ enum class Causality {
 enum class Variability { constant, fixed, tunable, discrete, continuous };
 enum class Initial { none, exact, approx, calculated };
 
+/// When a clock of FMI 3.0 ticks: section 2.2.9.
+struct Ticks {
+    enum class Kind { constant, fixed, tunable, changing, countdown, triggered };
+    Kind kind = Kind::constant;
+    std::optional<double> interval = {}; ///< s; none: the FMU says it at the start, or later
+    double shift = 0;                    ///< s, of the first one
+    /// Interval and shift as counts of 1 / resolution s; 0: they are not given so.
+    std::uint64_t resolution = 0, interval_count = 0, shift_count = 0;
+};
+
 struct Variable {
     std::string name, unit = {}, doc = {};
     std::uint32_t reference = 0;
@@ -56,8 +66,10 @@ struct Variable {
     std::vector<double> start = {};   ///< row by row; empty: none is given
     std::string text = {};            ///< the start of a string
     std::optional<double> minimum = {}, maximum = {};
-    int derivative_of = -1;         ///< number of the variable whose derivative this is
-    std::string declared_type = {}; ///< of an enumeration: the one of Description::enumerations
+    int derivative_of = -1;          ///< number of the variable whose derivative this is
+    std::string declared_type = {};  ///< of an enumeration: the one of Description::enumerations
+    std::optional<Ticks> ticks = {}; ///< of a clock
+    std::vector<int> clocks = {};    ///< numbers of those in whose ticks alone it has values; none: always
     int count() const {
         int product = 1;
         for (const int size : dimensions) product *= size;
@@ -108,6 +120,10 @@ struct Description {
     std::vector<Unknown> outputs = {}, derivatives = {}, initial_unknowns = {};
     std::vector<int> indicators = {}; ///< numbers of the variables that are event indicators, of FMI 3.0
     int event_indicators = 0;         ///< how many there are, elements counted
+    bool has_clocks() const {
+        return std::any_of(variables.begin(), variables.end(),
+                           [](const Variable& v) { return v.ticks.has_value(); });
+    }
 };
 
 /// The same with a variable for each element of an array, "x[2]" and "x[1,2]", as FMI 2.0 has no arrays.
@@ -125,7 +141,8 @@ using Structure = std::map<std::string, double>;
 
 /// Reads the description of an FMU, as which messages name it. It is taken as hostile: throws FmuError for
 /// what is no such document, is larger than `description_limit`, or contradicts itself, and for a structure
-/// that it has not. Arrays whose size it changes start with zeros.
+/// that it has not. Arrays whose size it changes start with zeros, those with one start value for
+/// all elements with that.
 Description read_description(const std::string& xml, const std::string& fmu, const Structure& structure = {});
 inline constexpr std::size_t description_limit = 64u << 20u; ///< bytes
 

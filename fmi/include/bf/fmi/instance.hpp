@@ -26,6 +26,8 @@ class Library {
   public:
     /// Extracts and opens it. Throws FmuError, also where it is not of that kind, has none for this machine
     /// or lacks functions that every importer needs.
+    /// `description`: what description_of() gave for that structure.
+    Library(const std::filesystem::path& archive, Description description, Kind kind, Structure structure);
     explicit Library(const std::filesystem::path& archive, Kind kind = Kind::co_simulation,
                      const Structure& structure = {});
     ~Library();
@@ -135,6 +137,13 @@ class Instance {
     virtual bool handle_event(Event& event) noexcept = 0;
     virtual bool enter_continuous_time() noexcept = 0;
 
+    // Of clocks, by their references. An FMU that has some is in Event Mode at the begin of co-simulation,
+    // too, and leaves it for steps.
+    virtual bool enter_step_mode() noexcept = 0;
+    virtual bool activate(const std::vector<std::uint32_t>& clocks) noexcept = 0;
+    /// s, of a clock whose description does not say them.
+    virtual bool get_interval(std::uint32_t clock, double& interval, double& shift) noexcept = 0;
+
     /// How much `change` changes along the direction that `along` holds, at this instant; both are of
     /// Float64 or Real. It is no part of a step. Where the FMU has no derivatives it must not be called.
     virtual bool differentiate(const Values& along, Values& change) noexcept = 0;
@@ -187,6 +196,9 @@ class LocalInstance final : public Instance {
     bool enter_event_mode() noexcept override;
     bool handle_event(Event& event) noexcept override;
     bool enter_continuous_time() noexcept override;
+    bool enter_step_mode() noexcept override;
+    bool activate(const std::vector<std::uint32_t>& clocks) noexcept override;
+    bool get_interval(std::uint32_t clock, double& interval, double& shift) noexcept override;
     bool differentiate(const Values& along, Values& change) noexcept override;
     bool save(std::vector<std::uint8_t>& bytes) noexcept override;
     bool restore(const std::vector<std::uint8_t>& bytes, State state) noexcept override;
@@ -195,6 +207,10 @@ class LocalInstance final : public Instance {
 
   private:
     bool may(Call call, const char* function) noexcept;
+    /// Calls f, where it may be, which gives a status.
+    template <class F> bool called(Call call, const char* function, F&& f) noexcept {
+        return may(call, function) && done(call, function, static_cast<int>(f()));
+    }
     void note(const char* function) noexcept;
     bool done(Call call, const char* function, int status) noexcept;
     bool configure() noexcept;
@@ -220,7 +236,8 @@ class LocalInstance final : public Instance {
 
 /// One in a process of its own, which brings its library along. A crash and a call that does not return
 /// within `timeout` s are failures. Throws FmuError.
-std::unique_ptr<Instance> make_remote_instance(const std::filesystem::path& archive, Kind kind,
+std::unique_ptr<Instance> make_remote_instance(const std::filesystem::path& archive,
+                                               const Description& description, Kind kind,
                                                const std::string& name, double timeout, Instance::Log log,
                                                const Structure& structure = {});
 

@@ -67,12 +67,35 @@ void gradient_cartpole(benchmark::State& state, bool is_gradient) {
         }
 }
 
+/// 1 s of a linear system of 32 states, and its gradient by the 1024 numbers of its matrix.
+void gradient_1024(benchmark::State& state, bf::analysis::GradientOptions::Way way) {
+    bf::Registry registry;
+    registry.add(bf::standard_library());
+    const auto diagram =
+        bf::elaborate(bf::formats::read_yaml_text(
+                          "model: m\nstep: 0.01\nblocks:\n  x: {block: UnitDelay, initial: (1:32)', period: "
+                          "0.01}\n  A: {block: Gain, multiplication: K*u, K: 0.9*eye(32)}\n  J: {block: "
+                          "Dot}\nconnections: {x: [A, J.u1, J.u2], A: x}\n",
+                          "m.yaml"),
+                      registry);
+    bf::Simulation run(diagram);
+    run.start();
+    const bf::analysis::GradientOptions options{.by = {"A.K"}, .cost = "J", .duration = 1, .way = way};
+    for (auto _ : state) benchmark::DoNotOptimize(bf::analysis::gradient(run, options));
+}
+
 const bool added = [] {
     using benchmark::RegisterBenchmark;
     for (const bool is_gradient : {true, false})
         RegisterBenchmark(is_gradient ? "analysis.gradient_cartpole/gradient"
                                       : "analysis.gradient_cartpole/run",
                           gradient_cartpole, is_gradient)
+            ->Unit(benchmark::kMillisecond);
+    using Way = bf::analysis::GradientOptions::Way;
+    for (const Way way : {Way::adjoint, Way::forward})
+        RegisterBenchmark(way == Way::adjoint ? "analysis.gradient_1024/adjoint"
+                                              : "analysis.gradient_1024/forward",
+                          gradient_1024, way)
             ->Unit(benchmark::kMillisecond);
     for (const bool by_differences : {false, true}) {
         const std::string how = by_differences ? "differences" : "exact";

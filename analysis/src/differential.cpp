@@ -14,17 +14,8 @@ namespace bf::analysis {
 
 namespace {
 
-bool is_real(Type type) { return type == Type::float64 || type == Type::float32; }
-
 const std::vector<Slot>& slots_of(const Diagram& d, int node) {
     return d.nodes[static_cast<std::size_t>(node)].block->resolution().slots;
-}
-
-void write_real(void* data, Type type, int i, double value) {
-    if (type == Type::float64)
-        static_cast<double*>(data)[i] = value;
-    else
-        static_cast<float*>(data)[i] = static_cast<float>(value);
 }
 
 } // namespace
@@ -103,6 +94,14 @@ Matrix Differential::rate(const Node::End& state) const {
 }
 void Differential::set(const Node::End& end, const Matrix& rows) { slopes(place(end).first).assign(rows); }
 
+void Differential::follow(const Node::End& parameter) {
+    auto& its = places_[static_cast<std::size_t>(parameter.node)][static_cast<std::size_t>(parameter.slot)];
+    if (its.first >= 0) return;
+    its.first = its.own = static_cast<int>(slopes_.size());
+    slopes_.emplace_back();
+    followed_.insert(parameter.node);
+}
+
 void Differential::at(const Node::End& signal, std::function<void(Matrix&)> change) {
     auto& its = places_[static_cast<std::size_t>(signal.node)][static_cast<std::size_t>(signal.slot)];
     if (its.own == its.first) {
@@ -165,6 +164,19 @@ void Differential::updates(const Runs& runs) {
 
 void Differential::derivatives(const Runs& runs) {
     for (const auto& segment : d_.plan.derivatives) run(segment, Phase::derivative, runs);
+}
+
+void Differential::constants() {
+    for (const auto& segment : d_.plan.outputs)
+        if (segment.rate == constant_rate)
+            for (const auto& activity : segment.activities)
+                run(activity, Phase::output, [](int) { return true; });
+}
+
+void Differential::commit() {
+    for (const auto& places : places_)
+        for (const auto& place : places)
+            if (place.next >= 0) slopes(place.first) = slopes(place.next);
 }
 
 void Differential::run(const Segment& segment, Phase phase, const Runs& runs) {
@@ -253,13 +265,6 @@ const Call* Differential::call(int node, Phase phase, int index) const {
     return index < static_cast<int>(rules.size()) ? &rules[static_cast<std::size_t>(index)] : nullptr;
 }
 
-/// The first operands of a rule may be targets; outputs are so in the rules of outputs alone.
-bool Differential::is_written(int node, Phase phase, const Call::Reference& operand) const {
-    const bool is_target = phase == Phase::output || operand.source != Call::Source::slot ||
-                           d_.slot({node, operand.slot}).role == Role::workspace;
-    return operand.is_written && is_target;
-}
-
 std::vector<Differential::Part> Differential::reads(int node, Phase phase, int index) const {
     std::vector<Part> parts;
     const Frame& frame = context_.frame(node);
@@ -274,7 +279,8 @@ std::vector<Differential::Part> Differential::reads(int node, Phase phase, int i
     if (const Call* rule = call(node, phase, index)) {
         for (const auto& operand : rule->operands)
             if (operand.source == Call::Source::slot &&
-                (!is_written(node, phase, operand) || d_.slot({node, operand.slot}).role == Role::workspace))
+                (!is_written(d_, node, phase, operand) ||
+                 d_.slot({node, operand.slot}).role == Role::workspace))
                 add(operand.slot);
         return parts;
     }
@@ -282,7 +288,7 @@ std::vector<Differential::Part> Differential::reads(int node, Phase phase, int i
         const Slot& slot = slots_of(d_, node)[s];
         const bool is_read = phase == Phase::output ? slot.role == Role::input && slot.feedthrough
                                                     : slot.role == Role::input || slot.role == Role::output;
-        if (is_read || is_state(slot.role)) add(static_cast<int>(s));
+        if (is_read || is_state(slot.role) || slot.role == Role::parameter) add(static_cast<int>(s));
     }
     return parts;
 }
@@ -302,7 +308,7 @@ std::vector<Differential::Part> Differential::writes(int node, Phase phase, int 
     };
     if (const Call* rule = call(node, phase, index)) {
         for (const auto& operand : rule->operands)
-            if (is_written(node, phase, operand)) add(operand.slot, operand.source);
+            if (is_written(d_, node, phase, operand)) add(operand.slot, operand.source);
         return parts;
     }
     for (std::size_t s = 0; s < slots_of(d_, node).size(); ++s) {
@@ -330,9 +336,11 @@ void Differential::activity(int node, Phase phase, int index) {
         if (is_new) known->second = dual_kernel(rule->kernel);
         kernel = known->second;
     }
-    if (kernel.kernel)
+    if (moves_outside_.contains(node))
+        with_outside(node, phase, index);
+    else if (kernel.kernel)
         this->rule(node, phase, *rule, kernel);
-    else if (rule || by_differences_ || !declared(node, phase, index))
+    else if (rule || by_differences_ || followed_.contains(node) || !declared(node, phase, index))
         by_differences(node, phase, index);
     // One rule may change what another one wrote: each is differentiated at the values that it found.
     const bool has_more =

@@ -15,6 +15,15 @@
 
 namespace bf::analysis {
 
+/// Does it change by little?
+inline bool is_real(Type type) { return type == Type::float64 || type == Type::float32; }
+inline void write_real(void* data, Type type, int i, double value) {
+    if (type == Type::float64)
+        static_cast<double*>(data)[i] = value;
+    else
+        static_cast<float*>(data)[i] = static_cast<float>(value);
+}
+
 /// Derivatives of the elements of one quantity by those seeds on which it depends: a diagram has many seeds,
 /// and most of it hangs on few of them.
 struct Slopes {
@@ -40,6 +49,10 @@ class Differential {
     Matrix next(const Node::End& state) const;      ///< of a discrete state, after `update`
     Matrix rate(const Node::End& state) const;      ///< of a continuous state, after `derivatives`
     void set(const Node::End& end, const Matrix& rows);
+    /// A parameter moves, by what is `set`.
+    void follow(const Node::End& parameter);
+    /// States outside of the diagram move where the block that owns them is Differenced.
+    void follow_outside();
     const Slopes& own(const Node::End& signal) const { return slopes(place(signal).own); } ///< `computed`
 
     /// What is done to a signal as soon as it is computed, for those who read it over a wire: adding an
@@ -50,9 +63,11 @@ class Differential {
     int seeds() const { return seeds_; }
 
     using Runs = std::function<bool(int node)>; ///< does it run in this pass?
+    void constants();                           ///< what is computed once, from parameters
     void outputs(const Runs& runs);
     void updates(const Runs& runs);
     void derivatives(const Runs& runs);
+    void commit(); ///< discrete states are the next ones
 
     /// Node and slot of signals whose slopes are not zero, and the nodes that read them, in the passes so
     /// far.
@@ -87,11 +102,11 @@ class Differential {
     void change(int node, int slot);
     void solve(const Loop& loop, const Runs& runs);
     void iterate(const Loop& loop, const Runs& runs);
-    bool is_written(int node, Phase phase, const Call::Reference& operand) const;
     void activity(int node, Phase phase, int index);
     void rule(int node, Phase phase, const Call& call, const DualKernel& kernel);
     bool declared(int node, Phase phase, int index);
     void by_differences(int node, Phase phase, int index);
+    void with_outside(int node, Phase phase, int index);
     template <class Evaluate>
     void bend(int node, const Vector& direction, double step, double precision, const Vector& here,
               const Vector& above, const Vector& below, Evaluate&& evaluate, Vector& slopes);
@@ -117,6 +132,10 @@ class Differential {
     std::set<std::tuple<int, int, int>> flows_;
     std::set<int> differenced_, kinks_;
     std::set<int> devices_;
+    std::set<int> followed_;      ///< nodes of parameters that move
+    std::set<int> owners_;        ///< nodes that are Differenced
+    std::set<int> moves_outside_; ///< these, and nodes that use what they provide
+    Slopes outside_;              ///< of all numbers of states outside
     std::map<std::tuple<int, Phase, int>, Task> tasks_;
     std::map<std::string_view, DualKernel> kernels_;
 };

@@ -1,5 +1,7 @@
 #include "differential.hpp"
 
+#include "named.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -42,14 +44,14 @@ void Differential::rule(int node, Phase phase, const Call& call, const DualKerne
             operand.size = slots[slot].size;
             operand.type = slots[slot].type;
         }
-        const bool is_written = this->is_written(node, phase, reference);
+        const bool is_target = is_written(d_, node, phase, reference);
         // A workspace that a rule reads and writes is one memory.
-        for (std::size_t before = 0; is_written && before < k; ++before)
+        for (std::size_t before = 0; is_target && before < k; ++before)
             if (call.operands[before].slot == reference.slot &&
                 call.operands[before].source == reference.source && call.operands[before].is_written)
                 operand.same = before;
         if (operand.same != k) continue;
-        if (is_written) {
+        if (is_target) {
             const auto& its = places_[static_cast<std::size_t>(node)][slot];
             const int of = reference.source == Call::Source::next   ? its.next
                            : reference.source == Call::Source::rate ? its.rate
@@ -64,7 +66,7 @@ void Differential::rule(int node, Phase phase, const Call& call, const DualKerne
         const int of = read_by(node, reference.slot);
         if (of < 0 || !its.is_real || slopes(of).is_zero()) continue;
         // What a rule writes it reads only where rules share a workspace.
-        if (is_written && slots[slot].role != Role::workspace) continue;
+        if (is_target && slots[slot].role != Role::workspace) continue;
         operand.part = static_cast<int>(read.size());
         operand.from = inputs;
         inputs += its.count;

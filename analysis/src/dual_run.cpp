@@ -40,6 +40,7 @@ DualRun::DualRun(const Simulation& like) : d_(like.diagram()), program_(program:
     first_rate_ = count;
     for_each_continuous([&](Place& its) { its.rate = reserve(its.count); });
     cells_.assign(static_cast<std::size_t>(count), Dual(0));
+    is_fixed_.assign(cells_.size(), 0);
     before_.resize(static_cast<std::size_t>(states_));
     for (int n = 0; n < static_cast<int>(places_.size()); ++n)
         for (int s = 0; s < static_cast<int>(places_[static_cast<std::size_t>(n)].size()); ++s) {
@@ -49,6 +50,8 @@ DualRun::DualRun(const Simulation& like) : d_(like.diagram()), program_(program:
                 continue;
             for (int e = 0; e < slot.size.count(); ++e)
                 elements({n, s})[e] = read_value(like.context().data(n, s), slot.type, e);
+            if (slot.size.count() > 0 && origin(d_, {n, s}).node == n)
+                is_fixed_[static_cast<std::size_t>(place({n, s}).now)] = 1;
         }
     clocks_.assign(3 * d_.rates.size(), Dual(0));
     flags_.assign(program_.flags.size(), 0);
@@ -100,8 +103,8 @@ void DualRun::compile(const Statement& s, program::Pass pass, Code& code) {
     case Kind::constants: return compile(program_.constants, program::first, code);
     case Kind::call: return compile(program_.procedures[static_cast<std::size_t>(s.number)].body, pass, code);
     case Kind::reset:
-        refuse(path, "it resets its states by a method, of which no derivative is known; leave it out, or "
-                     "give initial values");
+        throw NoRule(path + ": it resets its states by a method, of which no derivative is known; leave it "
+                            "out, or give initial values");
     case Kind::solve:
         refuse(d_.plan.loops[static_cast<std::size_t>(s.number)].path,
                "the equations of an algebraic loop are not differentiated over a run; break it with a delay");
@@ -143,15 +146,15 @@ int DualRun::bind(int node, Phase phase, int index) {
     const auto& rules = its.block->declaration().rules(phase);
     const Call* call =
         index < static_cast<int>(rules.size()) ? &rules[static_cast<std::size_t>(index)] : nullptr;
-    const auto* kernel = call ? dual_kernel(call->kernel).kernel : nullptr;
+    const auto [kernel, structure] = call ? dual_kernel(call->kernel) : DualKernel{};
     if (!kernel)
-        refuse(its.path,
-               "its derivative is not known step by step, as that of rules is; gradients of runs go "
-               "through standard blocks alone");
+        throw NoRule(its.path + ": its derivative is not known step by step, as that of rules is; such "
+                                "gradients of runs go through standard blocks alone");
     auto& memory = views_.emplace_back(std::make_unique<kernels::View<Dual>[]>(call->operands.size()));
     const auto listed = static_cast<std::size_t>(std::max(call->list_size, 0));
     std::size_t plain = 0, list = call->operands.size() - (call->list_from >= 0 ? listed : 0);
     const auto first_of_list = list;
+    std::vector<std::pair<int, int>> reads, writes;
     for (std::size_t k = 0; k < call->operands.size(); ++k) {
         const auto& operand = call->operands[k];
         Size size;
@@ -161,12 +164,24 @@ int DualRun::bind(int node, Phase phase, int index) {
             size.rows = static_cast<int>(operand.constants->size());
         const bool is_listed = call->list_from >= 0 && static_cast<int>(k) >= call->list_from &&
                                static_cast<int>(k) < call->list_from + call->list_size;
-        memory[is_listed ? list++ : plain++] = {this->memory(node, operand), size.rows, size.cols};
+        Dual* const numbers = this->memory(node, operand);
+        memory[is_listed ? list++ : plain++] = {numbers, size.rows, size.cols};
+        if (operand.slot < 0 || size.count() == 0) continue; // constants and clocks
+        const std::pair<int, int> cells(static_cast<int>(numbers - cells_.data()), size.count());
+        const auto add = [&](auto& to) {
+            if (std::find(to.begin(), to.end(), cells) == to.end()) to.push_back(cells);
+        };
+        const bool is_target = is_written(d_, node, phase, operand);
+        if (is_target) add(writes);
+        if (!is_target || d_.slot({node, operand.slot}).role == Role::workspace) add(reads);
     }
     bound_.push_back({kernel->run,
                       memory.get(),
                       {memory.get() + first_of_list, static_cast<int>(list - first_of_list)},
-                      node});
+                      node,
+                      structure,
+                      std::move(reads),
+                      std::move(writes)});
     return static_cast<int>(bound_.size()) - 1;
 }
 
@@ -212,6 +227,10 @@ void DualRun::run(const Code& code) {
         switch (one.op) {
         case Op::task: {
             const Bound& task = bound_[a];
+            if (is_remembered_) {
+                for (const auto& [first, count] : task.writes) note_values(first, count);
+                note(Done::Op::task, one.a);
+            }
             if (!task.run(task.views, task.list)) [[unlikely]]
                 refuse(d_.nodes[static_cast<std::size_t>(task.node)].path,
                        "it fails at " + std::to_string(time()) + " s; bf run says why");
@@ -219,14 +238,20 @@ void DualRun::run(const Code& code) {
         }
         case Op::commit:
             for (const auto& its : places_[a])
-                if (its.next >= 0 && its.rate < 0)
+                if (its.next >= 0 && its.rate < 0) {
+                    if (is_remembered_) {
+                        note_values(its.now, its.count);
+                        note(Done::Op::move, its.now, its.next, its.count);
+                    }
                     std::copy_n(cells_.begin() + its.next, its.count, cells_.begin() + its.now);
+                }
             break;
         case Op::hit: {
             const bool is_hit = until_hit_[a]-- == 0;
             flags_[static_cast<std::size_t>(one.end)] = is_hit;
             if (!is_hit) break;
             until_hit_[a] = d_.rates[a].ticks - 1;
+            if (is_remembered_) note(Done::Op::clock, static_cast<int>(3 * a));
             clocks_[3 * a] = time();
             break;
         }
@@ -237,7 +262,13 @@ void DualRun::run(const Code& code) {
             break;
         case Op::rest:
             for (const auto& its : places_[a])
-                if (its.rate >= 0) std::fill_n(cells_.begin() + its.rate, its.count, Dual(0));
+                if (its.rate >= 0) {
+                    if (is_remembered_) {
+                        note_values(its.rate, its.count);
+                        note(Done::Op::fill, its.rate, 0, its.count);
+                    }
+                    std::fill_n(cells_.begin() + its.rate, its.count, Dual(0));
+                }
             break;
         case Op::set: set(program_.sets[a]); break;
         case Op::finite:
@@ -254,6 +285,15 @@ void DualRun::run(const Code& code) {
 /// Of a state x⁻ and x⁺ agree.
 void DualRun::set(const program::Set& set) {
     const auto& to = place(set.quantity);
+    for (const int first : {to.now, to.next == to.now ? -1 : to.next})
+        if (is_remembered_ && first >= 0) {
+            note_values(first, to.count);
+            const bool has_source = set.source.node >= 0 && place(set.source).count > 0;
+            note(!has_source                           ? Done::Op::fill
+                 : place(set.source).count == to.count ? Done::Op::move
+                                                       : Done::Op::spread,
+                 first, has_source ? place(set.source).now : 0, to.count);
+        }
     for (int e = 0; e < to.count; ++e) {
         Dual value = 0;
         if (set.source.node >= 0) {
@@ -274,12 +314,20 @@ void DualRun::integrate() {
     static_assert(sizeof(Dual) == parts * sizeof(double));
     const auto numbers = [](Dual* dual) { return reinterpret_cast<double*>(dual); };
     const auto derivative = [&](int stage, double t) {
+        if (is_remembered_) note(Done::Op::stage, stage);
         if (stage > 0) { // the first one stands where the outputs were computed
             for (std::size_t r = 1; r < d_.rates.size(); ++r)
-                if (d_.rates[r].is_continuous) clocks_[3 * r] = t;
+                if (d_.rates[r].is_continuous) {
+                    if (is_remembered_) note(Done::Op::clock, static_cast<int>(3 * r));
+                    clocks_[3 * r] = t;
+                }
             run(inside_);
         }
         run(derivatives_);
+        if (is_remembered_) {
+            note_values(first_state_, states_);
+            note(Done::Op::slope, stage);
+        }
         return true;
     };
     with_tableau(d_.solver.method, [&]<const kernels::ButcherTableau & method> {
@@ -289,6 +337,7 @@ void DualRun::integrate() {
             numbers(cells_.data() + first_rate_), numbers(before_.data()), numbers(slopes_.data()),
             derivative);
     });
+    if (is_remembered_) note(Done::Op::step);
     for (int e = 0; e < states_; ++e)
         if (!std::isfinite(cells_[static_cast<std::size_t>(first_state_ + e)].value))
             refuse({}, program::continuous_state_not_finite.text());

@@ -1,4 +1,5 @@
-// A run on numbers with derivatives: the step program of a diagram over a memory of its own.
+// A run on numbers with derivatives: the step program of a diagram over a memory of its own, forwards and
+// backwards.
 #pragma once
 
 #include "bf/engine/simulation.hpp"
@@ -11,8 +12,13 @@
 
 namespace bf::analysis {
 
+/// A block's derivative is not known step by step.
+struct NoRule : RunError {
+    using RunError::RunError;
+};
+
 /// Begins with parameters and inputs of another run. Throws RunError where the program has what cannot be
-/// differentiated step by step.
+/// differentiated step by step, NoRule where that is a block which a linearised run may have.
 class DualRun {
   public:
     explicit DualRun(const Simulation& like);
@@ -27,6 +33,33 @@ class DualRun {
     void update();  ///< to the next one
     double time() const { return static_cast<double>(steps_) * d_.step; }
 
+    // ---- backwards
+
+    /// Everything that a run needs to go on between two steps.
+    struct Checkpoint {
+        std::vector<double> cells, clocks;
+        std::vector<std::int64_t> until_hit;
+        std::vector<char> flags;
+        std::int64_t steps;
+    };
+    Checkpoint checkpoint() const;
+    void restore(const Checkpoint& checkpoint);
+
+    /// A parameter or an input of the root, which is fixed otherwise.
+    void follow(const Node::End& end) { is_fixed_[static_cast<std::size_t>(place(end).now)] = 0; }
+    /// dJ by each element of a signal, a parameter or a state, as it is where the run stands.
+    double* adjoints(const Node::End& end) { return adjoints_.data() + place(end).now; }
+    void remember(bool does); ///< what is done from now on
+    std::size_t remembered() const { return done_.size(); }
+    /// Undoes what was remembered since then, the last first: values are what they were, and each adjoint
+    /// goes to what the quantity was computed from.
+    void go_back(std::size_t to);
+    /// Numbers that pass through kernels in what was remembered since then: done once, and gone back.
+    struct Work {
+        double forwards = 0, backwards = 0;
+    };
+    Work work(std::size_t since) const;
+
   private:
     struct Place {
         int now = -1, next = -1, rate = -1, count = 0; ///< in the memory
@@ -36,6 +69,8 @@ class DualRun {
         const kernels::View<Dual>* views;
         kernels::ListView<Dual> list;
         int node;
+        Structure structure;
+        std::vector<std::pair<int, int>> reads, writes; ///< first cell and count
     };
     struct Instruction {
         enum class Op { task, commit, hit, assign, clear, test, rest, set, finite, integrate } op;
@@ -43,6 +78,11 @@ class DualRun {
         std::vector<program::Literal> when = {};
     };
     using Code = std::vector<Instruction>;
+    /// Something that was done. What it wrote over lies on a stack.
+    struct Done {
+        enum class Op { task, move, spread, fill, clock, stage, slope, step } op;
+        int a = 0, b = 0, count = 0; ///< `move`, `spread`: from b to a; task, clock or stage a
+    };
 
     const Place& place(const Node::End& end) const;
     void compile(const program::Statements& statements, program::Pass pass, Code& code);
@@ -54,6 +94,11 @@ class DualRun {
     void run(const Code& code);
     void set(const program::Set& set);
     void integrate();
+    void note(Done::Op op, int a = 0, int b = 0, int count = 0);
+    void note_values(int first, int count); ///< which are written over
+    void take_back(int first, int count);
+    void go_back(const Bound& task);
+    template <class F> void for_each_chunk(const Bound& task, F&& f) const;
     [[noreturn]] void refuse(const std::string& where, const std::string& what) const;
 
     const Diagram& d_;
@@ -70,6 +115,13 @@ class DualRun {
     Code start_, step_, update_, derivatives_, inside_;
     std::vector<Dual> before_, slopes_; ///< of the solver
     std::int64_t steps_ = 0;
+
+    bool is_remembered_ = false;
+    std::vector<char> is_fixed_;   ///< by first cell of a quantity: nothing changes it
+    std::vector<double> adjoints_; ///< by cell
+    std::vector<Done> done_;
+    std::vector<double> overwritten_;
+    std::vector<double> of_start_, of_slopes_, of_results_; ///< adjoints, of the solver and of a task
 };
 
 } // namespace bf::analysis

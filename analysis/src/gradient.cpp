@@ -2,6 +2,7 @@
 
 #include "bf/core/registry.hpp"
 #include "dual_run.hpp"
+#include "linearised_run.hpp"
 #include "named.hpp"
 
 #include <algorithm>
@@ -11,16 +12,9 @@ namespace bf::analysis {
 
 namespace {
 
-/// An element of a parameter, a state or an input.
-struct Place {
-    Node::End end;
-    int element;
-    std::string name;
-};
-
 /// Appends what a name stands for: one element, or all.
 void append(const Diagram& d, const SignalFinder& finder, const std::string& name, bool is_signal,
-            std::vector<Place>& places) {
+            std::vector<Element>& places) {
     const auto its = named(name, [&](const std::string& path) {
         const auto signal = finder.find(path);
         const bool is_input =
@@ -53,53 +47,34 @@ void append(const Diagram& d, const SignalFinder& finder, const std::string& nam
         throw RunError("'" + its.path + "' has no element " + its.element + "; it has " +
                        std::to_string(slot.size.count()));
     for (const int e : found)
-        places.push_back({its.end, e, its.path + (slot.size.count() == 1 ? "" : d.element_text(its.end, e))});
+        places.push_back(
+            {its.end, e, its.path + (slot.size.count() == 1 ? "" : d.element_text(its.end, e)), ""});
 }
 
-} // namespace
-
-Gradient gradient(const Simulation& run, const GradientOptions& options) {
-    const Diagram& d = run.diagram();
-    if (!(options.duration >= 0) || !std::isfinite(options.duration))
-        throw RunError("a run lasts at least 0 s, not " + std::to_string(options.duration));
-    std::vector<Place> by, costs;
-    const SignalFinder finder(d);
-    for (const auto& name : options.by) append(d, finder, name, false, by);
-    append(d, finder, options.cost, true, costs);
-    if (costs.size() != 1)
-        throw RunError("the cost '" + options.cost + "' has " + std::to_string(costs.size()) +
-                       " elements; a cost is one number: name an element, as '" + options.cost + "[1]'");
-    if (by.empty()) throw RunError("name parameters by which the cost is differentiated");
-
-    const auto steps = static_cast<std::int64_t>(std::llround(options.duration / d.step));
+void go_forwards(const Diagram& d, DualRun& dual, const std::vector<Element>& by, const Element& cost_at,
+                 const Horizon& horizon, Gradient& result) {
     constexpr auto lanes = static_cast<std::size_t>(Dual::directions);
-    DualRun dual(run);
-    Gradient result{.names = {},
-                    .at = Vector(static_cast<Eigen::Index>(by.size())),
-                    .slopes = Vector(static_cast<Eigen::Index>(by.size()))};
-    for (const auto& place : by) result.names.push_back(place.name);
-    Dual::is_at_corner = false;
     for (std::size_t first = 0; first < by.size(); first += lanes) {
         const auto count = std::min(lanes, by.size() - first);
         const auto for_each = [&](bool states, auto&& f) {
             for (std::size_t i = 0; i < count; ++i)
                 if (const auto& place = by[first + i]; is_state(d.slot(place.end).role) == states)
-                    f(i, dual.elements(place.end)[place.element]);
+                    f(i, dual.elements(place.end)[place.number]);
         };
         for_each(false, [](std::size_t i, Dual& element) { element.slope[i] = 1; });
         dual.start();
         for_each(true, [](std::size_t i, Dual& element) { element.slope[i] = 1; });
         for (std::size_t i = 0; i < count; ++i)
             result.at[static_cast<Eigen::Index>(first + i)] =
-                dual.elements(by[first + i].end)[by[first + i].element].value;
+                dual.elements(by[first + i].end)[by[first + i].number].value;
         Dual total = 0;
-        const Dual* const cost = dual.elements(costs[0].end) + costs[0].element;
-        for (std::int64_t k = 0; k < steps; ++k) {
+        const Dual* const cost = dual.elements(cost_at.end) + cost_at.number;
+        for (std::int64_t k = 0; k < horizon.steps; ++k) {
             dual.outputs();
-            total += d.step * *cost;
+            total += horizon.step * *cost;
             dual.update();
         }
-        if (options.over == GradientOptions::Over::end) {
+        if (horizon.counts_end) {
             dual.outputs();
             total = *cost;
         }
@@ -108,7 +83,123 @@ Gradient gradient(const Simulation& run, const GradientOptions& options) {
             result.slopes[static_cast<Eigen::Index>(first + i)] = total.slope[i];
         for_each(false, [](std::size_t, Dual& element) { element.slope = {}; });
     }
+}
+
+void go_backwards(const Diagram& d, DualRun& dual, const std::vector<Element>& by, const Element& cost_at,
+                  const Horizon& horizon, Gradient& result) {
+    dual.remember(true);
+    dual.start();
+    const auto started = dual.remembered();
+    for (std::size_t i = 0; i < by.size(); ++i)
+        result.at[static_cast<Eigen::Index>(i)] = dual.elements(by[i].end)[by[i].number].value;
+    dual.remember(false);
+
+    const auto length =
+        std::max<std::int64_t>(1, std::llround(std::ceil(std::sqrt(static_cast<double>(horizon.steps)))));
+    const Dual& cost = dual.elements(cost_at.end)[cost_at.number];
+    std::vector<DualRun::Checkpoint> checkpoints{dual.checkpoint()};
+    for (std::int64_t k = 0; k < horizon.steps; ++k) {
+        if (k > 0 && k % length == 0) checkpoints.push_back(dual.checkpoint());
+        dual.outputs();
+        result.cost += horizon.step * cost.value;
+        dual.update();
+    }
+    double& adjoint = dual.adjoints(cost_at.end)[cost_at.number];
+    dual.remember(true);
+    if (horizon.counts_end) {
+        dual.outputs();
+        result.cost = cost.value;
+        adjoint = 1;
+        dual.go_back(started);
+    }
+    for (auto begin = static_cast<std::int64_t>(checkpoints.size() - 1) * length; begin >= 0;
+         begin -= length) {
+        dual.restore(checkpoints.back());
+        checkpoints.pop_back();
+        std::vector<std::pair<std::size_t, std::size_t>> steps; // where their outputs and updates begin
+        for (auto k = begin; k < std::min(begin + length, horizon.steps); ++k) {
+            const auto outputs = dual.remembered();
+            dual.outputs();
+            steps.emplace_back(outputs, dual.remembered());
+            dual.update();
+        }
+        for (; !steps.empty(); steps.pop_back()) {
+            dual.go_back(steps.back().second);
+            if (!horizon.counts_end) adjoint += horizon.step;
+            dual.go_back(steps.back().first);
+        }
+    }
+    const auto take = [&](bool states) {
+        for (std::size_t i = 0; i < by.size(); ++i)
+            if (is_state(d.slot(by[i].end).role) == states)
+                result.slopes[static_cast<Eigen::Index>(i)] = dual.adjoints(by[i].end)[by[i].number];
+    };
+    take(true);
+    dual.go_back(0);
+    take(false);
+}
+
+/// By what goes through kernels in a first step: the adjoint makes each step twice, and goes back once.
+bool is_cheaper_backwards(DualRun& dual, std::size_t parameters) {
+    constexpr auto lanes = static_cast<std::size_t>(Dual::directions);
+    const auto passes = static_cast<double>((parameters + lanes - 1) / lanes);
+    if (passes <= 3) return false; // as it takes at least three
+    dual.start();
+    dual.remember(true);
+    const auto before = dual.checkpoint();
+    dual.outputs();
+    dual.update();
+    const auto [forwards, backwards] = dual.work(0);
+    dual.go_back(0); // of no cost: nothing moves, so that nothing but the memory goes back
+    dual.restore(before);
+    dual.remember(false);
+    return 2 * forwards + backwards < passes * forwards;
+}
+
+void go_through_rules(const Simulation& run, const std::vector<Element>& by, const Element& cost,
+                      const Horizon& horizon, GradientOptions::Way way, Gradient& result) {
+    using Way = GradientOptions::Way;
+    const Diagram& d = run.diagram();
+    DualRun dual(run);
+    for (const auto& place : by)
+        if (!is_state(d.slot(place.end).role)) dual.follow(place.end);
+    Dual::is_at_corner = false;
+    result.is_adjoint = way == Way::adjoint || (way == Way::cheaper && is_cheaper_backwards(dual, by.size()));
+    if (result.is_adjoint)
+        go_backwards(d, dual, by, cost, horizon, result);
+    else
+        go_forwards(d, dual, by, cost, horizon, result);
     result.has_corner = Dual::is_at_corner;
+}
+
+} // namespace
+
+Gradient gradient(const Simulation& run, const GradientOptions& options) {
+    const Diagram& d = run.diagram();
+    if (!(options.duration >= 0) || !std::isfinite(options.duration))
+        throw RunError("a run lasts at least 0 s, not " + std::to_string(options.duration));
+    std::vector<Element> by, costs;
+    const SignalFinder finder(d);
+    for (const auto& name : options.by) append(d, finder, name, false, by);
+    append(d, finder, options.cost, true, costs);
+    if (costs.size() != 1)
+        throw RunError("the cost '" + options.cost + "' has " + std::to_string(costs.size()) +
+                       " elements; a cost is one number: name an element, as '" + options.cost + "[1]'");
+    if (by.empty()) throw RunError("name parameters by which the cost is differentiated");
+
+    Gradient result{.names = {},
+                    .at = Vector(static_cast<Eigen::Index>(by.size())),
+                    .slopes = Vector(static_cast<Eigen::Index>(by.size())),
+                    .differenced = {}};
+    for (const auto& place : by) result.names.push_back(place.name);
+    const Horizon horizon{static_cast<std::int64_t>(std::llround(options.duration / d.step)), d.step,
+                          options.over == GradientOptions::Over::end};
+    try {
+        go_through_rules(run, by, costs[0], horizon, options.way, result);
+    } catch (const NoRule&) {
+        if (options.by_rules_alone || options.way == GradientOptions::Way::adjoint) throw;
+        go_along(run, by, costs[0], horizon, result);
+    }
     if (!result.slopes.allFinite())
         throw RunError(
             "the gradient is not finite: a derivative on the way is infinite, as that of a root at "

@@ -11,6 +11,11 @@ Node::End origin(const Diagram& d, const Node::End& end) {
     return is_wired ? sources[s] : end;
 }
 
+bool is_written(const Diagram& d, int node, Phase phase, const Call::Reference& operand) {
+    return operand.is_written && (phase == Phase::output || operand.source != Call::Source::slot ||
+                                  d.slot({node, operand.slot}).role == Role::workspace);
+}
+
 Node::End find_state(const Diagram& d, const std::string& path) {
     for (int n = 0; n < static_cast<int>(d.nodes.size()); ++n) {
         const auto& node = d.nodes[static_cast<std::size_t>(n)];

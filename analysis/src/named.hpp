@@ -12,6 +12,9 @@ namespace bf::analysis {
 /// Where an input has its values: what it is wired to, if it is; all else has its own.
 Node::End origin(const Diagram& d, const Node::End& end);
 
+/// The first operands of a rule may be targets; outputs are so in the rules of outputs alone.
+bool is_written(const Diagram& d, int node, Phase phase, const Call::Reference& operand);
+
 /// The state of a block of that path, "block.state"; none: no node.
 Node::End find_state(const Diagram& d, const std::string& path);
 

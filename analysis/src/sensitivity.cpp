@@ -232,7 +232,8 @@ class Sensitivity {
         GradientOptions asked{.by = {},
                               .cost = path + ".value",
                               .over = GradientOptions::Over::end,
-                              .duration = static_cast<double>(steps_) * d_.step};
+                              .duration = static_cast<double>(steps_) * d_.step,
+                              .by_rules_alone = true};
         Eigen::Index elements = 0;
         for (const auto& slopes : followers_)
             for (const auto& [parameter, slope] : slopes)

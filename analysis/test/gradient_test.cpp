@@ -97,6 +97,21 @@ TEST(Gradient, OfALagIsItsClosedForm) {
         EXPECT_NEAR(found.slopes[1], decay, exact) << "by the initial state";
         EXPECT_FALSE(found.has_corner);
     }
+    using Way = GradientOptions::Way;
+    for (const std::string solver : {"euler", "heun", "rk4", "dormand_prince", "bogacki_shampine"}) {
+        const Runs session(lag(solver));
+        GradientOptions options{.by = {"a.K", "x.x", "x.initial"}, .cost = "x", .duration = 1.37};
+        for (const auto over : {GradientOptions::Over::all, GradientOptions::Over::end}) {
+            options.over = over, options.way = Way::forward;
+            const auto forward = gradient(session.diagram, options);
+            options.way = Way::adjoint;
+            const auto adjoint = gradient(session.diagram, options);
+            EXPECT_TRUE(adjoint.is_adjoint && !forward.is_adjoint);
+            EXPECT_EQ(adjoint.cost, forward.cost) << solver;
+            EXPECT_EQ(adjoint.at, forward.at);
+            EXPECT_LT((adjoint.slopes - forward.slopes).cwiseAbs().maxCoeff(), 1e-13) << solver;
+        }
+    }
     // Euler's steps have a gradient of their own: x(N) = 2 (1 - a h)^N.
     const Runs session(lag("euler"));
     const auto found = gradient(
@@ -136,6 +151,46 @@ TEST(Gradient, OfASampledClosedLoopIsThatOfCentralDifferencesOfRuns) {
         EXPECT_NEAR(found.slopes[i], difference, 1e-6 * (1 + std::abs(difference)))
             << found.names[static_cast<std::size_t>(i)];
     }
+}
+
+TEST(Gradient, GoesBackThroughSampledClosedLoopsAsItGoesForward) {
+    const Runs session(balancing_pole);
+    GradientOptions options{.by = {"K.K", "p.x", "q.initial", "limit.upper", "weighted.K", "cheap.K"},
+                            .cost = "cost",
+                            .duration = 0.997, // no whole number of stretches
+                            .way = GradientOptions::Way::forward};
+    const auto forward = gradient(session.diagram, options);
+    options.way = GradientOptions::Way::adjoint;
+    const auto adjoint = gradient(session.diagram, options);
+    EXPECT_EQ(adjoint.names, forward.names);
+    EXPECT_EQ(adjoint.cost, forward.cost);
+    for (Eigen::Index i = 0; i < forward.slopes.size(); ++i)
+        EXPECT_NEAR(adjoint.slopes[i], forward.slopes[i], 1e-11 * (1 + std::abs(forward.slopes[i])))
+            << forward.names[static_cast<std::size_t>(i)];
+}
+
+TEST(Gradient, GoesBackWhereThatIsCheaperWhichIsWithManyParameters) {
+    // x_k+1 = A x_k with A = a I and J = h Σ_k |x_k|², 32 states: dJ/dA = 2 h Σ_k Σ_j<k a^(2k-1) x_0 x_0ᵀ.
+    constexpr int n = 32, steps = 50;
+    constexpr double a = 0.9, h = 0.1;
+    const Runs session("model: m\nstep: 0.1\nblocks:\n"
+                       "  x: {block: UnitDelay, initial: (1:32)'/32, period: 0.1}\n"
+                       "  A: {block: Gain, multiplication: K*u, K: 0.9*eye(32)}\n"
+                       "  b: {block: Gain, K: 1}\n"
+                       "  J: {block: Dot}\n"
+                       "connections: {x: [A, b], A: x, b: [J.u1, J.u2]}\n");
+    const auto found = gradient(session.diagram, {.by = {"A.K"}, .cost = "J", .duration = steps * h});
+    EXPECT_TRUE(found.is_adjoint);
+    double sum = 0;
+    for (int k = 1; k < steps; ++k) sum += 2 * h * k * std::pow(a, 2 * k - 1);
+    Vector x0(n);
+    for (int i = 0; i < n; ++i) x0[i] = (i + 1.0) / n;
+    const Matrix exact = sum * x0 * x0.transpose();
+    ASSERT_EQ(found.slopes.size(), n * n);
+    for (int c = 0; c < n; ++c)
+        for (int r = 0; r < n; ++r)
+            EXPECT_NEAR(found.slopes[c * n + r], exact(r, c), 1e-12 * (1 + exact(r, c)));
+    EXPECT_FALSE(gradient(session.diagram, {.by = {"b.K"}, .cost = "J", .duration = 1}).is_adjoint);
 }
 
 TEST(Gradient, IsZeroAtTheRegulatorThatRiccatisEquationGivesOfTheLinearisedDiagram) {

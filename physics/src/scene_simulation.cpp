@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <exception>
+#include <new>
 #include <optional>
 #include <utility>
 
@@ -45,6 +46,7 @@ struct SceneSimulation::Impl {
     std::shared_ptr<const Scene> owner;
     const Scene::Impl& scene;
     const mjModel* model;
+    ModelPtr exact; ///< the same, of another tolerance; only where it was asked for
     DataPtr data;
     SceneLayout at;
     std::vector<double> memory;
@@ -459,6 +461,16 @@ Eigen::Vector2d SceneSimulation::energy() const noexcept {
     mj_energyPos(impl_->model, impl_->data.get());
     mj_energyVel(impl_->model, impl_->data.get());
     return {impl_->data->energy[1], impl_->data->energy[0]}; // MuJoCo has the potential one first
+}
+
+void SceneSimulation::solve_exactly(bool does) {
+    Impl& self = *impl_;
+    if (does && !self.exact) {
+        self.exact.reset(mj_copyModel(nullptr, self.scene.model.get()));
+        if (!self.exact) throw std::bad_alloc();
+        self.exact->opt.tolerance = 1e-16;
+    }
+    self.model = does ? self.exact.get() : self.scene.model.get();
 }
 
 int SceneSimulation::state_size() const noexcept {

@@ -451,6 +451,16 @@ class Gradient:
         A comparison met its limit on the way: the gradient is that of one side.
         """
 
+    @property
+    def is_adjoint(self) -> bool:
+        """It was found back from the cost to all parameters at once, else forward."""
+
+    @property
+    def differenced(self) -> list[str]:
+        """
+        Paths of blocks that went in by central differences of single calls; none: it is exact.
+        """
+
 class _LinearizeOptions:
     def __init__(self, from_: Sequence[str], to: Sequence[str], open: Sequence[str], all_states: bool, by_differences: bool) -> None: ...
 
@@ -703,7 +713,7 @@ class Simulation:
 
     def _linearize(self, options: _LinearizeOptions) -> LinearSystem: ...
 
-    def _gradient(self, by: Sequence[str], cost: str, duration: float, at_end: bool) -> Gradient: ...
+    def _gradient(self, by: Sequence[str], cost: str, duration: float, at_end: bool, way: str) -> Gradient: ...
 
     def _trim(self, free: Sequence[str], hold: Sequence[tuple[str, float]], target: Sequence[tuple[str, float]], bounds: Sequence[tuple[str, tuple[float, float]]]) -> tuple[list[tuple[str, float]], list[tuple[str, float]]]: ...
 

@@ -8,7 +8,7 @@ import os
 import weakref
 from collections.abc import Callable, Iterator, Mapping, MutableMapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Union
+from typing import TYPE_CHECKING, Any, Literal, Union
 
 from . import _native
 from .errors import RunError, UnknownName
@@ -139,13 +139,24 @@ class Simulation(_native.Simulation):
         found = self._linearize(options(from_, to, open, loop, all_states))
         return LinearSystem(found._negative() if loop else found)
 
-    def gradient(self, by: str | Sequence[str], *, cost: str, duration: float, at_end: bool = False) -> Gradient:
+    def gradient(
+        self,
+        by: str | Sequence[str],
+        *,
+        cost: str,
+        duration: float,
+        at_end: bool = False,
+        way: Literal["cheaper", "forward", "adjoint"] = "cheaper",
+    ) -> Gradient:
         """How the cost of a run from the start changes, exactly: that of its very steps. `cost`: a signal of one element, whose
         sum over the steps of `duration` seconds is meant, each times its length, or its value `at_end`. `by`: parameters
         'block.parameter', states at the start 'block.state', and inputs of the root, which stay what they are; a vector
-        stands for all of its elements. Parameters and inputs are those of this run, which stays where it is. Throws
-        RunError, which names what cannot be differentiated over a run."""
-        return self._gradient(_listed(by) or [], cost, float(duration), at_end)
+        stands for all of its elements. `way`: 'forward' along four parameters at a time, 'adjoint' back from the cost to
+        all of them at once, or whichever is cheaper. Parameters and inputs are those of this run, which stays where it is.
+        Throws RunError, which names what cannot be differentiated over a run."""
+        if way not in ("cheaper", "forward", "adjoint"):
+            raise RunError(f"way is 'cheaper', 'forward' or 'adjoint', not {way!r}")
+        return self._gradient(_listed(by) or [], cost, float(duration), at_end, way)
 
     def frequency_response(
         self,

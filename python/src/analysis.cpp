@@ -65,7 +65,11 @@ void bind_results(nb::module_& m) {
         .def_prop_ro(
             "slopes", [](const Gradient& g) { return g.slopes; }, "Derivatives of the cost by each.")
         .def_ro("has_corner", &Gradient::has_corner,
-                "A comparison met its limit on the way: the gradient is that of one side.");
+                "A comparison met its limit on the way: the gradient is that of one side.")
+        .def_ro("is_adjoint", &Gradient::is_adjoint,
+                "It was found back from the cost to all parameters at once, else forward.")
+        .def_ro("differenced", &Gradient::differenced,
+                "Paths of blocks that went in by central differences of single calls; none: it is exact.");
 }
 
 } // namespace

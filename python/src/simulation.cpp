@@ -397,17 +397,22 @@ void bind_simulation(nb::module_& m) {
             nb::arg("options"))
         .def(
             "_gradient",
-            [](PythonRun& self, std::vector<std::string> by, std::string cost, double duration, bool at_end) {
+            [](PythonRun& self, std::vector<std::string> by, std::string cost, double duration, bool at_end,
+               const std::string& way) {
                 const InUse use(self);
                 using Over = analysis::GradientOptions::Over;
+                using Way = analysis::GradientOptions::Way;
                 const analysis::GradientOptions options{.by = std::move(by),
                                                         .cost = std::move(cost),
                                                         .over = at_end ? Over::end : Over::all,
-                                                        .duration = duration};
+                                                        .duration = duration,
+                                                        .way = way == "forward"   ? Way::forward
+                                                               : way == "adjoint" ? Way::adjoint
+                                                                                  : Way::cheaper};
                 const WithoutGil parallel;
                 return analysis::gradient(self.run, options);
             },
-            nb::arg("by"), nb::arg("cost"), nb::arg("duration"), nb::arg("at_end"))
+            nb::arg("by"), nb::arg("cost"), nb::arg("duration"), nb::arg("at_end"), nb::arg("way"))
         .def(
             "_trim",
             [](PythonRun& self, const std::vector<std::string>& free,

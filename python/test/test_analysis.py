@@ -169,7 +169,12 @@ def test_the_gradient_of_a_run_is_that_of_differences_of_runs(oscillator):
     assert sim.time == pytest.approx(1), "it stays where it was"
     assert found.names == ["spring.K", "position.x"]
     np.testing.assert_array_equal(found.at, [30, 1])
-    assert not found.has_corner
+    assert not found.has_corner and not found.is_adjoint and found.differenced == []
+    back = sim.gradient(["spring.K", "position.x"], cost="position", duration=2, at_end=True, way="adjoint")
+    assert back.is_adjoint
+    np.testing.assert_allclose(back.slopes, found.slopes, rtol=1e-12)
+    with pytest.raises(bf.RunError, match="way is 'cheaper', 'forward' or 'adjoint', not 'back'"):
+        sim.gradient("spring.K", cost="position", duration=1, way="back")
 
     def end(k, x):
         run = bf.load(oscillator.file, {"k": k, "position.initial": x}).simulate()

@@ -2,6 +2,7 @@
 // diagram that has one.
 #include "../../toolbox/test/running.hpp"
 #include "../../toolbox/test/small_world.hpp"
+#include "bf/analysis/gradient.hpp"
 #include "bf/analysis/linearize.hpp"
 #include "contract.hpp"
 
@@ -456,6 +457,112 @@ TEST(Derivatives, OfAQuadraticProgramAtACornerAreOneSidedAndNamed) {
     const auto at_bound = analysis::linearize(run.simulation, {.to = {"x.x"}});
     EXPECT_TRUE(at_bound.kinks.empty());
     EXPECT_EQ(at_bound.D, (Matrix(1, 3) << 0, 0, 1).finished());
+}
+
+/// A pendulum in a physics world under sampled feedback through the robot's interface, and what it costs.
+const std::string pendulum_in_a_world = R"m(
+model: m
+step: 0.002
+blocks:
+  robot: {block: WholeBodyToolbox/Configuration, robot: "'FILE'", joints: [swing], floating_base: false}
+  world: {block: WholeBodyToolbox/MujocoWorld, floor: false, initial_joints: 0.4}
+  s: {block: WholeBodyToolbox/GetMeasurement, measured_type: Joints Position, period: 0.01}
+  s_dot: {block: WholeBodyToolbox/GetMeasurement, measured_type: Joints Velocity, period: 0.01}
+  K: {block: Gain, period: 0.01, K: -3}
+  D: {block: Gain, period: 0.01, K: -0.4}
+  tau: {block: Sum, signs: ++, period: 0.01}
+  act: {block: WholeBodyToolbox/SetReferences, control_type: Torque}
+  error: {block: Square}
+connections: {s: K, s_dot: D, K: tau.u1, D: tau.u2, tau: act, world.s: error}
+)m";
+
+/// What a run costs with these values of parameters.
+double cost_of_run(Running& run, const std::string& cost, int steps,
+                   const std::vector<std::pair<std::string, std::vector<double>>>& parameters) {
+    for (const auto& [name, values] : parameters) run.simulation.set_parameter(name, values);
+    run.simulation.start();
+    double total = 0;
+    const auto end = run.diagram().find_signal(cost);
+    struct Look final : Run::Observer {
+        std::function<void()> look;
+        void observe(const Run&) noexcept override { look(); }
+    } seen;
+    seen.look = [&] {
+        total += run.diagram().step *
+                 read_value(run.simulation.context().data(end.node, end.slot), Type::float64, 0);
+    };
+    run.simulation.add_observer(seen);
+    for (int k = 0; k < steps; ++k) EXPECT_TRUE(run.step());
+    run.simulation.remove_observer(seen);
+    run.simulation.stop();
+    return total;
+}
+
+TEST(Gradients, GoThroughAPhysicsWorldAndWhatIsMeasuredAndCommandedThroughIt) {
+    auto text = pendulum_in_a_world;
+    const auto folder = std::filesystem::path(toolbox::test::small_world()).parent_path();
+    text.replace(text.find("FILE"), 4, (folder / "arm.urdf").string());
+    Running run(text);
+    const auto found =
+        analysis::gradient(run.simulation, {.by = {"K.K", "D.K"}, .cost = "error", .duration = 0.6});
+    EXPECT_FALSE(found.is_adjoint);
+    EXPECT_EQ(found.differenced, (std::vector<std::string>{"world", "s", "s_dot", "act"}));
+    EXPECT_EQ(found.cost, cost_of_run(run, "error", 300, {}));
+    for (int i = 0; i < 2; ++i) {
+        const double at = i == 0 ? -3 : -0.4, step = 1e-4;
+        const std::string name = i == 0 ? "K.K" : "D.K";
+        const double above = cost_of_run(run, "error", 300, {{name, {at + step}}}),
+                     below = cost_of_run(run, "error", 300, {{name, {at - step}}});
+        cost_of_run(run, "error", 1, {{name, {at}}});
+        EXPECT_NEAR(found.slopes[i], (above - below) / (2 * step), 1e-6 * std::abs(found.slopes[i])) << name;
+        EXPECT_GT(std::abs(found.slopes[i]), 1e-3);
+    }
+    // Of a derivative that is exact alone it is refused, by name.
+    try {
+        analysis::gradient(run.simulation, {.by = {"K.K"}, .cost = "error", .by_rules_alone = true});
+        FAIL();
+    } catch (const RunError& error) {
+        toolbox::test::expect_contains(error.what(), "its derivative is not known step by step");
+    }
+}
+
+TEST(Gradients, OfABalancingHumanoidGoThroughContactsAndTheQuadraticProgram) {
+    Blocks blocks;
+    const auto diagram =
+        elaborate(formats::read_yaml(BF_SOURCE_DIRECTORY "/examples/icub_balancing/balancing.yaml"), blocks);
+    Simulation simulation(diagram);
+    const std::string path = "controller.momentum_rate.";
+    constexpr double duration = 0.15;
+    const auto found = analysis::gradient(
+        simulation, {.by = {path + "K_p.K[2]", path + "K_d.K[2]", "controller.torque_map.K_p.K[20]"},
+                     .cost = "checks.distance",
+                     .duration = duration});
+    const auto cost = [&](int i, double by) {
+        const std::string name = found.names[static_cast<std::size_t>(i)];
+        const auto bracket = name.find('[');
+        const auto end = diagram.find_parameter(name.substr(0, bracket));
+        auto* const values = static_cast<double*>(simulation.context().data(end.node, end.slot));
+        double& value = values[std::stoi(name.substr(name.rfind('[') + 1)) - 1];
+        const double before = std::exchange(value, value + by);
+        simulation.start();
+        double total = 0;
+        const auto signal = diagram.find_signal("checks.distance");
+        for (int k = 0; k < std::lround(duration / diagram.step); ++k) {
+            EXPECT_TRUE(simulation.step());
+            total += diagram.step *
+                     *static_cast<const double*>(simulation.context().data(signal.node, signal.slot));
+        }
+        simulation.stop();
+        value = before;
+        return total;
+    };
+    EXPECT_NEAR(found.cost, cost(0, 0), 1e-12 * found.cost);
+    for (int i = 0; i < 3; ++i) {
+        const double step = 1e-3 * std::abs(found.at[i]);
+        const double difference = (cost(i, step) - cost(i, -step)) / (2 * step);
+        EXPECT_NEAR(found.slopes[i], difference, 0.01 * std::abs(difference))
+            << found.names[static_cast<std::size_t>(i)];
+    }
 }
 
 TEST(QP, SolvesWithActiveBoundsWithoutTheHeap) {

@@ -17,10 +17,15 @@ struct GradientArguments {
     ModelOptions model;
     analysis::GradientOptions options;
     bool at_end = false;
+    std::string way = "cheaper";
 };
 
 void execute(GradientArguments& arguments) {
     if (arguments.at_end) arguments.options.over = analysis::GradientOptions::Over::end;
+    using Way = analysis::GradientOptions::Way;
+    arguments.options.way = arguments.way == "forward"   ? Way::forward
+                            : arguments.way == "adjoint" ? Way::adjoint
+                                                         : Way::cheaper;
     const LoadedModel loaded = load_model(arguments.model);
     const auto found = analysis::gradient(loaded.diagram, arguments.options);
     std::printf("cost  %s\n", number(found.cost).c_str());
@@ -29,13 +34,18 @@ void execute(GradientArguments& arguments) {
         width = std::max(width, found.names[i].size());
         values = std::max(values, number(found.at[static_cast<Eigen::Index>(i)]).size());
     }
-    std::printf("gradient\n");
+    std::printf("gradient, %s\n", found.is_adjoint ? "by the adjoint" : "forward");
     for (std::size_t i = 0; i < found.names.size(); ++i) {
         const std::string &name = found.names[i], at = number(found.at[static_cast<Eigen::Index>(i)]);
         std::printf("  %s%s  at %s%s  %s\n", escape::terminal(name).c_str(),
                     std::string(width - name.size(), ' ').c_str(), at.c_str(),
                     std::string(values - at.size(), ' ').c_str(),
                     number(found.slopes[static_cast<Eigen::Index>(i)]).c_str());
+    }
+    if (!found.differenced.empty()) {
+        std::string paths;
+        for (const auto& path : found.differenced) paths += (paths.empty() ? "" : ", ") + path;
+        std::printf("by central differences of single calls: %s\n", escape::terminal(paths).c_str());
     }
     if (found.has_corner)
         std::printf("a jump or corner was met on the way: the gradient is that of one side\n");
@@ -64,6 +74,13 @@ void add_gradient(CLI::App& app) {
         ->type_name("SECONDS")
         ->capture_default_str();
     command->add_flag("--at-end", arguments->at_end, "the cost is the signal's value at the end");
+    command
+        ->add_option("--way", arguments->way,
+                     "forward along four parameters at a time, adjoint back from the cost to all of them at "
+                     "once, or cheaper, whichever of both is")
+        ->check(CLI::IsMember({"cheaper", "forward", "adjoint"}).description(""))
+        ->type_name("WAY")
+        ->capture_default_str();
     command->footer(
         "It is the gradient of the very numbers that a run with a solver of fixed steps computes.\n"
         "Example: bf gradient loop.yaml --cost error2 --by pid.P --by pid.I --duration 5");

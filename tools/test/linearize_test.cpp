@@ -124,7 +124,7 @@ TEST_F(Linearize, TellsHowTheCostOfARunChangesWithParametersAndInputs) {
     // At rest, y comes to 10/12 r, whatever the gain.
     const auto found = bf("gradient loop.yaml --cost plant --by r --by gain.K --duration 20 --at-end");
     EXPECT_EQ(found.code, 0) << found.err;
-    EXPECT_EQ(found.out, "cost  0\ngradient\n  r       at 0  0.833333\n  gain.K  at 5  0\n");
+    EXPECT_EQ(found.out, "cost  0\ngradient, forward\n  r       at 0  0.833333\n  gain.K  at 5  0\n");
     EXPECT_CONTAINS(bf("gradient loop.yaml --cost plant --by gian.K").err,
                     "no parameter, state or input 'gian.K'; did you mean 'gain.K'");
     EXPECT_EQ(bf("gradient loop.yaml --cost plant").code, 2);

@@ -1,6 +1,7 @@
 #include "world/world.hpp"
 
 #include "BlockFactory/Core/Log.h"
+#include "bf/core/differenced.hpp"
 #include "bf/physics/world.hpp"
 #include "rigid_body/robot_block.hpp"
 #include "robot/device_block.hpp"
@@ -16,7 +17,7 @@ namespace bf::toolbox {
 
 namespace {
 
-class MujocoWorld final : public RobotBlock {
+class MujocoWorld final : public RobotBlock, public Differenced {
   public:
     explicit MujocoWorld(const Arguments& arguments)
         : RobotBlock(arguments), terrain_(terrain->empty() ? "" : path_of(*terrain)) {}
@@ -250,6 +251,8 @@ class MujocoWorld final : public RobotBlock {
         }
         return ok;
     }
+
+    void difference(Now at, bool begins) const override { robot_of(at).simulation.solve_exactly(begins); }
 
     Status update(Now at, Next) const noexcept override {
         auto& simulation = robot_of(at).simulation;

@@ -182,6 +182,10 @@ class SceneSimulation {
     /// Kinetic and potential energy (J), now; that of springs and of gravity.
     Eigen::Vector2d energy() const noexcept;
 
+    /// Contact forces are iterated to rounding: what differs by little between two steps is otherwise lost in
+    /// the tolerance of MuJoCo's solver. A step takes longer. Throws std::bad_alloc.
+    void solve_exactly(bool does);
+
     int state_size() const noexcept; ///< number of doubles of a saved state
     /// Writes the complete state, measurements and held inputs included.
     void save(double* state) const noexcept;

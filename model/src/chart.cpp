@@ -6,6 +6,7 @@
 #include "bf/model/listed.hpp"
 #include "bf/model/suggest.hpp"
 #include "editor.hpp"
+#include "identifiers.hpp"
 
 #include <algorithm>
 
@@ -18,11 +19,6 @@ constexpr const char *states_setting = "states", *transitions_setting = "transit
 constexpr std::size_t columns = 4;
 
 constexpr const char* state_name_rule = "it begins with a letter and has letters, digits and '_' alone";
-bool is_identifier(const std::string& name) {
-    const auto is_letter = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_'; };
-    return !name.empty() && std::ranges::all_of(name, is_letter) &&
-           !std::isdigit(static_cast<unsigned char>(name[0]));
-}
 
 struct Span {
     std::size_t begin = 0, end = 0;

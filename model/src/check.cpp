@@ -4,6 +4,7 @@
 #include "bf/base/numbers.hpp"
 #include "bf/model/suggest.hpp"
 #include "editor.hpp"
+#include "identifiers.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -14,12 +15,6 @@ namespace bf::model {
 namespace {
 
 constexpr std::size_t most_fields = 10000;
-
-bool is_identifier(std::string_view name) {
-    auto letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); };
-    auto tail = [&](char c) { return letter(c) || (c >= '0' && c <= '9') || c == '_'; };
-    return !name.empty() && letter(name[0]) && std::ranges::all_of(name, tail);
-}
 
 class Checker {
   public:

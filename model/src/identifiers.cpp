@@ -35,6 +35,10 @@ void visit_all(const std::function<void(Expression&)>& visit,
 
 } // namespace
 
+bool is_identifier(std::string_view name) {
+    return !name.empty() && is_letter(name[0]) && name[0] != '_' && std::ranges::all_of(name, is_word);
+}
+
 std::string replace_names(std::string_view text, const std::function<std::string(std::string_view)>& visit) {
     std::string result;
     for (std::size_t at = 0; at < text.size();) {

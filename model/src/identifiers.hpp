@@ -8,6 +8,9 @@
 /// Names in MATLAB text, as far as renaming and moving of variables need them.
 namespace bf::model {
 
+/// Does it begin with a letter, and have letters, digits and '_' alone?
+bool is_identifier(std::string_view name);
+
 /// Calls `visit` with each name of a variable or function in `text`: not with fields, numbers, texts in
 /// quotes or comments. What it returns stands in the name's place afterwards.
 std::string replace_names(std::string_view text, const std::function<std::string(std::string_view)>& visit);

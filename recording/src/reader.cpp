@@ -56,7 +56,7 @@ class Parser {
     }
 
     Recording parse() {
-        if (const auto first = stream_.peek(); first == bag_magic.front()) {
+        if (is_bag()) {
             parse_bag();
             return finished();
         }
@@ -115,6 +115,13 @@ class Parser {
         std::map<std::string, std::size_t> channels; // of the recording, by paths in messages
     };
 
+    /// Of any version, which read_bag looks at.
+    bool is_bag() {
+        std::string first(std::min<std::uint64_t>(left_, bag_magic.find("2.0")), '\0');
+        stream_.read(first.data(), static_cast<std::streamsize>(first.size()));
+        stream_.seekg(0);
+        return !first.empty() && first == bag_magic.substr(0, bag_magic.find("2.0"));
+    }
     void parse_bag() {
         std::map<std::pair<std::string, std::string>, Foreign> topics; // several may write to one
         std::map<std::uint32_t, Foreign*> writers;

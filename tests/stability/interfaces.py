@@ -77,7 +77,7 @@ class Interfaces:
         if self.parsed is None:
             folders = [self.source / folder / "include" for folder in API]
             headers = sorted(str(file.relative_to(folder)) for folder in folders for file in folder.rglob("*")
-                             if file.suffix in (".hpp", ".h") and file.name != "limited_read.hpp")
+                             if file.suffix in (".hpp", ".h") and file.name != "web_socket.hpp")
             others = ["kernels", "program", "elaborate", "matlab", "toolbox", "physics", "middleware", "middleware/udp", "middleware/shared_memory"]
             self.parsed = cxx.parse(
                 [*headers, *ROBOTS, "packet.hpp", "robot_file.hpp"],

@@ -13,6 +13,7 @@
 #include <cstring>
 #include <functional>
 #include <map>
+#include <memory>
 #include <numeric>
 #include <optional>
 #include <set>
@@ -55,28 +56,32 @@ class Linearization {
                     throw RunError("'" + channel.name +
                                    "' is a state, to which nothing is added and which nobody reads as "
                                    "a signal; name an output of its block, or what it follows from");
-        if (!keeps_all()) find_between();
+        leaves_states_out_ = !keeps_all();
+        if (leaves_states_out_) find_between();
         for (int n = 0; n < static_cast<int>(d_.nodes.size()); ++n)
             for (int s = 0; is_between(n) && s < static_cast<int>(slots(n).size()); ++s)
-                if (is_state(slot({n, s}).role) && is_real({n, s})) states_.push_back(whole({n, s}));
+                if (is_state(slot({n, s}).role) && is_real({n, s})) every_state_.push_back(whole({n, s}));
+        if (!leaves_states_out_) states_ = every_state_;
     }
 
     /// Is a signal that is input, output and cut held by that alone? Known with the system.
     bool holds_a_loop() const { return holds_a_loop_; }
     LinearSystem operator()() {
         system_.time = run_.time();
+        // By inputs first: until one is seen to move some of them, states need no seeds.
+        by_inputs_ = pass(false);
+        if (leaves_states_out_) add_driven(advanced(*by_inputs_, every_state_));
+        by_states_ = pass(true);
         const int all = size(states_);
-        Differential whole(run_, all + size(from_), options_.by_differences);
-        seed(whole, all);
-        const auto every = [this](int node) { return rate(node).trigger == 0 && is_between(node); };
-        whole.outputs(every);
-        whole.updates(every);
-        whole.derivatives(every);
-        const Matrix y = outputs(whole), next = advanced(whole);
-        find_paths(next, y, whole);
+        Matrix y(size(to_), all + size(from_)), next(all, all + size(from_));
+        y.leftCols(all) = outputs(*by_states_);
+        y.rightCols(size(from_)) = outputs(*by_inputs_);
+        next.leftCols(all) = advanced(*by_states_, states_);
+        next.rightCols(size(from_)) = advanced(*by_inputs_, states_);
+        find_paths(next, y);
         if (!options_.at_once) find_rates();
         if (needs_map())
-            map_period(whole);
+            map_period();
         else {
             system_.A = next(kept_, kept_);
             system_.B = next(kept_, inputs(all));
@@ -84,7 +89,7 @@ class Linearization {
             system_.D = y(Eigen::all, inputs(all));
             system_.period = sampled_.empty() ? 0 : d_.period(*sampled_.begin());
         }
-        describe(whole);
+        describe();
         return std::move(system_);
     }
 
@@ -171,24 +176,57 @@ class Linearization {
 
     // ---- seeds and results
 
-    /// Columns: elements of `kept` states, then the inputs from `first` on.
-    void seed(Differential& differential, int first) {
+    /// By the states that count, or by the inputs.
+    std::unique_ptr<Differential> pass(bool by_states) {
+        auto made =
+            std::make_unique<Differential>(run_, size(by_states ? states_ : from_), options_.by_differences);
+        if (by_states && states_.empty()) return made;
+        if (by_states) seed_states(*made);
+        add_inputs(*made, by_states ? -1 : 0);
+        const auto every = [this](int node) { return rate(node).trigger == 0 && is_between(node); };
+        made->outputs(every);
+        made->updates(every);
+        made->derivatives(every);
+        flows_.insert(made->flows().begin(), made->flows().end());
+        differenced_.insert(made->differenced().begin(), made->differenced().end());
+        kinks_.insert(made->kinks().begin(), made->kinks().end());
+        return made;
+    }
+
+    /// States that inputs move, and those to which wires lead from them: no others are on a path.
+    void add_driven(const Matrix& next) {
+        std::set<int> driven;
+        int row = 0;
+        for (const auto& state : every_state_) {
+            const auto count = static_cast<int>(state.elements.size());
+            if ((next.middleRows(row, count).array() != 0).any()) driven.insert(state.end.node);
+            row += count;
+        }
+        driven = reached(std::move(driven), [&](int node, auto&& go) {
+            for (const auto& [slot, reader] : readers_[static_cast<std::size_t>(node)]) go(reader);
+        });
+        for (const auto& state : every_state_)
+            if (driven.contains(state.end.node)) states_.push_back(state);
+    }
+
+    /// A column for each element of the states.
+    void seed_states(Differential& differential) {
         int column = 0;
         for (const auto& state : states_) {
             Matrix rows = Matrix::Zero(slot(state.end).size.count(), differential.seeds());
             for (const int i : state.elements) rows(i, column++) = 1;
             differential.set(state.end, rows);
         }
-        add_inputs(differential, first);
     }
 
-    /// Each input adds its column to the signal; a signal that is cut forgets what it was computed from.
+    /// Each input adds its column to the signal, from `first` on, or not where that is -1; a signal that is
+    /// cut forgets what it was computed from.
     void add_inputs(Differential& differential, int first) {
         std::map<std::pair<int, int>, std::vector<std::pair<int, int>>> added; // element, column
         int column = first;
         for (const auto& channel : from_)
             for (const int i : channel.elements)
-                added[{channel.end.node, channel.end.slot}].emplace_back(i, column++);
+                if (first >= 0) added[{channel.end.node, channel.end.slot}].emplace_back(i, column++);
         std::map<std::pair<int, int>, std::vector<int>> cut;
         for (const auto& channel : open_) {
             auto& elements = cut[{channel.end.node, channel.end.slot}];
@@ -227,10 +265,10 @@ class Linearization {
     }
 
     /// Of each state, x' or x⁺.
-    Matrix advanced(Differential& differential) const {
-        Matrix next(size(states_), differential.seeds());
+    Matrix advanced(const Differential& differential, const std::vector<Channel>& states) const {
+        Matrix next(size(states), differential.seeds());
         int row = 0;
-        for (const auto& state : states_) {
+        for (const auto& state : states) {
             const auto count = static_cast<int>(state.elements.size());
             next.middleRows(row, count) = slot(state.end).role == Role::discrete_state
                                               ? differential.next(state.end)
@@ -245,18 +283,18 @@ class Linearization {
     /// Those nodes that wires lead to from an input, and from to an output: others are of no account,
     /// whatever their derivatives.
     void find_between() {
-        std::vector<std::vector<std::pair<int, int>>> readers(d_.nodes.size()); // by node: slot, reader
+        readers_.resize(d_.nodes.size());
         std::set<int> begin, end;
         for (int n = 0; n < static_cast<int>(d_.nodes.size()); ++n)
             for (const auto& source : d_.nodes[static_cast<std::size_t>(n)].sources) {
                 if (source.node < 0) continue;
-                readers[static_cast<std::size_t>(source.node)].emplace_back(source.slot, n);
+                readers_[static_cast<std::size_t>(source.node)].emplace_back(source.slot, n);
                 for (const auto& channel : from_)
                     if (channel.end.node == source.node && channel.end.slot == source.slot) begin.insert(n);
             }
         for (const auto& channel : to_) end.insert(channel.end.node);
         const auto driven = reached(std::move(begin), [&](int node, auto&& go) {
-            for (const auto& [slot, reader] : readers[static_cast<std::size_t>(node)])
+            for (const auto& [slot, reader] : readers_[static_cast<std::size_t>(node)])
                 if (!is_cut({node, slot})) go(reader);
         });
         const auto seen = reached(std::move(end), [&](int node, auto&& go) {
@@ -269,7 +307,7 @@ class Linearization {
     }
     bool is_between(int node) const { return !between_ || between_->contains(node); }
 
-    void find_paths(const Matrix& next, const Matrix& y, Differential& whole) {
+    void find_paths(const Matrix& next, const Matrix& y) {
         const int all = size(states_);
         std::vector<int> nodes;
         for (const auto& state : states_) nodes.insert(nodes.end(), state.elements.size(), state.end.node);
@@ -314,18 +352,19 @@ class Linearization {
         // them.
         for (const auto& channel : to_) ends.insert(channel.end.node);
         const auto read = reached(ends, [&](int node, auto&& go) {
-            for (const auto& [source, slot, reader] : whole.flows())
+            for (const auto& [source, slot, reader] : flows_)
                 if (reader == node && !is_cut({source, slot})) go(source);
         });
         for (const int node : read)
-            if (changes_with_inputs(whole, node, driven)) on_path_.insert(node);
+            if (changes_with_inputs(node, driven)) on_path_.insert(node);
     }
 
-    bool changes_with_inputs(Differential& whole, int node, const std::vector<char>& driven) const {
+    bool changes_with_inputs(int node, const std::vector<char>& driven) const {
         for (int s = 0; s < static_cast<int>(slots(node).size()); ++s) {
             if (slot({node, s}).role != Role::output) continue;
-            for (const int c : whole.own({node, s}).seeds)
-                if (c >= static_cast<int>(driven.size()) || driven[static_cast<std::size_t>(c)]) return true;
+            if (!by_inputs_->own({node, s}).is_zero()) return true;
+            for (const int c : by_states_->own({node, s}).seeds)
+                if (c < static_cast<int>(driven.size()) && driven[static_cast<std::size_t>(c)]) return true;
         }
         return false;
     }
@@ -388,7 +427,7 @@ class Linearization {
         return text;
     }
 
-    void map_period(const Differential& whole) {
+    void map_period() {
         std::int64_t steps = 1;
         constexpr std::int64_t most_steps = 1'000'000;
         for (const int r : sampled_) {
@@ -407,7 +446,7 @@ class Linearization {
         }
         for (const auto& channel : from_)
             if (!channel.elements.empty() && is_cut(channel.end, channel.elements.front()) &&
-                is_held(whole, channel.end.node, steps)) {
+                is_held(channel.end.node, steps)) {
                 holds_a_loop_ = true;
                 system_.held.push_back(
                     channel.name + ": where it is cut it is held over the common period of " + rates_text() +
@@ -440,7 +479,7 @@ class Linearization {
             }
             map.updates(runs);
             map.derivatives(runs);
-            const Matrix next = advanced(map);
+            const Matrix next = advanced(map, states_);
             Matrix state(n, columns), slope(n, columns);
             int c = 0;
             for (int i = 0; i < count; ++i)
@@ -465,7 +504,7 @@ class Linearization {
 
     /// Is a signal held over so many base steps alone because it is cut: does what comes back to it change
     /// within them, and does that matter before they are over?
-    bool is_held(const Differential& whole, int cut, std::int64_t steps) const {
+    bool is_held(int cut, std::int64_t steps) const {
         const auto runs_once = [&](int node) {
             return !rate(node).is_continuous && rate(node).ticks == steps;
         };
@@ -476,7 +515,7 @@ class Linearization {
         const auto leads_within = [&](bool is_forward) {
             bool does = false;
             static_cast<void>(reached({cut}, [&](int node, auto&& go) {
-                for (const auto& [source, slot, reader] : whole.flows()) {
+                for (const auto& [source, slot, reader] : flows_) {
                     const int other = is_forward ? reader : source;
                     if (node != (is_forward ? source : reader) || !on_path_.contains(other) ||
                         runs_once(other))
@@ -534,7 +573,7 @@ class Linearization {
         const auto runs = [this](int node) { return rate(node).is_continuous && is_between(node); };
         part.outputs(runs);
         part.derivatives(runs);
-        const Matrix next = advanced(part);
+        const Matrix next = advanced(part, states_);
         for (int c = 0; c < n; ++c)
             Ac.row(c) =
                 next.row(kept_[static_cast<std::size_t>(continuous[static_cast<std::size_t>(c)])]).head(n);
@@ -543,7 +582,7 @@ class Linearization {
 
     // ---- what else is said
 
-    void describe(Differential& whole) {
+    void describe() {
         const auto value = [this](const Node::End& end, int e) {
             return read_value(context_.data(end.node, end.slot), slot(end).type, e);
         };
@@ -568,16 +607,16 @@ class Linearization {
         say(states_, names, x, nullptr);
         system_.x = x(kept_);
         for (const int i : kept_) system_.states.push_back(names[static_cast<std::size_t>(i)]);
-        for (const int node : whole.differenced())
+        for (const int node : differenced_)
             if (on_path_.contains(node)) system_.differenced.push_back(path(node));
         for (const int node : context_.outside())
             system_.held.push_back(path(node) + ": its state lives outside of the diagram");
         for (std::size_t c = 1; c < d_.conditions.size(); ++c)
-            if (!whole.is_active(static_cast<int>(c)))
+            if (!by_inputs_->is_active(static_cast<int>(c)))
                 system_.held.push_back(d_.conditions[c].path + (d_.conditions[c].trigger.node >= 0
                                                                     ? ": it runs when it is triggered"
                                                                     : ": it is disabled"));
-        find_kinks(whole);
+        find_kinks();
     }
 
     /// Nodes that what is looked at depends on, by wires.
@@ -592,9 +631,9 @@ class Linearization {
 
     /// Where blocks jump or have a corner, derivatives may be 0 and the path end there; zero-crossing
     /// functions tell of those that no derivative met.
-    void find_kinks(const Differential& whole) {
+    void find_kinks() {
         for (const int node : behind_outputs())
-            if (whole.kinks().contains(node) || (on_path_.contains(node) && is_at_zero_crossing(node)))
+            if (kinks_.contains(node) || (on_path_.contains(node) && is_at_zero_crossing(node)))
                 system_.kinks.push_back(path(node));
     }
     bool is_at_zero_crossing(int node) {
@@ -615,11 +654,17 @@ class Linearization {
     Context& context_;
     const LinearizeOptions& options_;
     const SignalFinder finder_;
-    std::vector<Channel> from_, to_, open_, states_;
-    std::optional<std::set<int>> between_; ///< nodes; none: all of them
-    std::vector<int> kept_;                ///< elements of all states that the result has
-    std::set<int> on_path_;                ///< nodes
-    std::set<int> sampled_;                ///< rates
+    std::vector<Channel> from_, to_, open_;
+    std::vector<Channel> every_state_, states_; ///< between, and of these the ones that count
+    bool leaves_states_out_ = false;
+    std::unique_ptr<Differential> by_inputs_, by_states_;
+    std::set<std::tuple<int, int, int>> flows_; ///< in both, as the next ones
+    std::set<int> differenced_, kinks_;
+    std::vector<std::vector<std::pair<int, int>>> readers_; ///< by node: slot, reader
+    std::optional<std::set<int>> between_;                  ///< nodes; none: all of them
+    std::vector<int> kept_;                                 ///< elements of all states that the result has
+    std::set<int> on_path_;                                 ///< nodes
+    std::set<int> sampled_;                                 ///< rates
     bool has_continuous_ = false, has_memory_ = false, holds_a_loop_ = false;
     LinearSystem system_;
 };

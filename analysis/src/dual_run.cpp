@@ -1,6 +1,8 @@
 #include "dual_run.hpp"
 
 #include "bf/engine/fixed_step.hpp"
+#include "bf/kernels/matrix.hpp"
+#include "bf/kernels/standard.hpp"
 #include "bf/program/step.hpp"
 #include "named.hpp"
 
@@ -175,11 +177,16 @@ int DualRun::bind(int node, Phase phase, int index) {
         if (is_target) add(writes);
         if (!is_target || d_.slot({node, operand.slot}).role == Role::workspace) add(reads);
     }
+    const auto is_matrix = [&](std::size_t k) { return memory[k].size() != 1; };
+    const bool is_product =
+        kernel->name == kernels::MatrixProduct::name ||
+        (kernel->name == kernels::ScalarOrMatrixProduct::name && is_matrix(1) && is_matrix(2));
     bound_.push_back({kernel->run,
                       memory.get(),
                       {memory.get() + first_of_list, static_cast<int>(list - first_of_list)},
                       node,
                       structure,
+                      is_product,
                       std::move(reads),
                       std::move(writes)});
     return static_cast<int>(bound_.size()) - 1;

@@ -70,6 +70,7 @@ class DualRun {
         kernels::ListView<Dual> list;
         int node;
         Structure structure;
+        bool is_product;                                ///< of the second and third view, matrices
         std::vector<std::pair<int, int>> reads, writes; ///< first cell and count
     };
     struct Instruction {
@@ -98,6 +99,7 @@ class DualRun {
     void note_values(int first, int count); ///< which are written over
     void take_back(int first, int count);
     void go_back(const Bound& task);
+    void go_back_through_product(const Bound& task);
     template <class F> void for_each_chunk(const Bound& task, F&& f) const;
     [[noreturn]] void refuse(const std::string& where, const std::string& what) const;
 

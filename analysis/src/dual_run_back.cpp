@@ -1,4 +1,5 @@
 // Reverse differentiation of a run. Source: Griewank and Walther, Evaluating Derivatives, 2nd ed., §3.2.
+#include "bf/analysis/linear_system.hpp"
 #include "bf/engine/fixed_step.hpp"
 #include "dual_run.hpp"
 
@@ -76,6 +77,24 @@ template <class F> void DualRun::for_each_chunk(const Bound& task, F&& f) const 
     flush();
 }
 
+/// Y = A B gives Ȳ Bᵀ to Ā and Aᵀ Ȳ to B̄.
+void DualRun::go_back_through_product(const Bound& task) {
+    const kernels::View<Dual>&y = task.views[0], &A = task.views[1], &B = task.views[2];
+    const auto values = [](const kernels::View<Dual>& view) {
+        Matrix all(view.rows, view.cols);
+        for (int e = 0; e < view.size(); ++e) all.data()[e] = view[e].value;
+        return all;
+    };
+    const auto add = [&](const kernels::View<Dual>& view, const Matrix& more) {
+        const auto cell = view.data - cells_.data();
+        if (cell < 0 || cell >= static_cast<std::ptrdiff_t>(cells_.size())) return; // a constant
+        Eigen::Map<Matrix>(adjoints_.data() + cell, view.rows, view.cols) += more;
+    };
+    const Eigen::Map<const Matrix> of_result(of_results_.data(), y.rows, y.cols);
+    add(A, of_result * values(B).transpose());
+    add(B, values(A).transpose() * of_result);
+}
+
 void DualRun::go_back(const Bound& task) {
     of_results_.clear();
     bool matters = false;
@@ -92,7 +111,10 @@ void DualRun::go_back(const Bound& task) {
             for (int e = 0; e < count; ++e) cells_[at(first + e)] = *value++;
     };
     undo();
-    if (matters && task.structure == Structure::move) { // the kernel itself tells from where each result is
+    if (matters && task.is_product)
+        go_back_through_product(task);
+    else if (matters &&
+             task.structure == Structure::move) { // the kernel itself tells from where each result is
         for (const auto& [first, count] : task.reads)
             for (int e = 0; e < count; ++e) cells_[at(first + e)].slope[0] = 1 + first + e;
         task.run(task.views, task.list);
@@ -193,8 +215,8 @@ DualRun::Work DualRun::work(std::size_t since) const {
         for (const auto* cells : {&task.reads, &task.writes})
             for (const auto& [first, count] : *cells) once += count;
         all.forwards += once;
-        if (task.structure == Structure::move)
-            all.backwards += once;
+        if (task.structure == Structure::move || task.is_product)
+            all.backwards += 2 * once;
         else
             for_each_chunk(task, [&](const auto&) { all.backwards += once; });
     }

@@ -453,7 +453,9 @@ class Gradient:
 
     @property
     def is_adjoint(self) -> bool:
-        """It was found back from the cost to all parameters at once, else forward."""
+        """
+        It was found back from the cost to all parameters at once, else forward.
+        """
 
     @property
     def differenced(self) -> list[str]:

@@ -1,14 +1,52 @@
 #include "bf/analysis/tune_loop.hpp"
 #include "injection.hpp"
 #include "loop_by_gains.hpp"
+#include "named.hpp"
 
 #include <cmath>
 #include <memory>
 
 namespace bf::analysis {
 
+namespace {
+
+/// Elements of signals that are held where they are.
+class Held {
+  public:
+    Held(Simulation& run, const std::vector<std::string>& signals) {
+        const Diagram& d = run.diagram();
+        const SignalFinder finder(d);
+        for (const auto& signal : signals) {
+            const auto its = named(signal, [&](const std::string& path) { return finder.find(path); });
+            const auto numbers = its.end.node < 0 ? std::vector<int>() : elements(d, its);
+            if (numbers.size() <= 1) find_element(d, signal); // which says what is wrong with it
+            for (const int i : numbers) {
+                auto& held = all_.emplace_back(std::make_unique<One>());
+                held->injection = std::make_unique<Injection>(
+                    run, Element{its.end, i, signal, ""},
+                    [one = held.get()](double) { return one->value - one->injection->own(); });
+                held->value = held->injection->own();
+            }
+        }
+    }
+    Held(const Held&) = delete;
+    Held& operator=(const Held&) = delete;
+    ~Held() {
+        while (!all_.empty()) all_.pop_back(); // the last one lies around those before
+    }
+
+  private:
+    struct One {
+        double value = 0;
+        std::unique_ptr<Injection> injection;
+    };
+    std::vector<std::unique_ptr<One>> all_;
+};
+
+} // namespace
+
 SimulatedStep simulated_step(Simulation& run, const std::string& loop, double duration, double height,
-                             const std::function<bool()>& go_on) {
+                             const std::vector<std::string>& open, const std::function<bool()>& go_on) {
     const Element at = find_element(run.diagram(), loop);
     const auto start = run.snapshot();
     const double value =
@@ -29,6 +67,7 @@ SimulatedStep simulated_step(Simulation& run, const std::string& loop, double du
     const auto steps = static_cast<std::size_t>(std::ceil(duration / run.period()));
     const auto back = [&](double added) {
         run.restore(start);
+        const Held held(run, open);
         Injection injection(run, at, [added](double) { return added; });
         Watch watch;
         watch.injection = &injection;

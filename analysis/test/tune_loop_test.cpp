@@ -173,6 +173,21 @@ connections: {r: outer.u1, outer: slow, slow: inner.u1, inner: fast, fast: lag, 
     EXPECT_NEAR(found.gains[0].after, std::abs(Complex(1, 10)), 1e-6);
     EXPECT_EQ(found.gains[0].before, 20);
     EXPECT_TRUE(found.after.loop.held.empty());
+    // Its simulated step is that of this loop alone: k/(1 + k) (1 - exp(-10 (1 + k) t)).
+    Tuned session(cascade);
+    session.trace("fast", 500);
+    tune_loop(*session.simulation, options);
+    const double k = found.gains[0].after;
+    const auto alone = simulated_step(*session.simulation, "fast", 0.1, 0.01, {"slow"});
+    const auto closed_around = simulated_step(*session.simulation, "fast", 0.1, 0.01);
+    double most = 0;
+    for (std::size_t i = 0; i < alone.time.size(); ++i) {
+        const double y = k / (1 + k) * (1 - std::exp(-10 * (1 + k) * alone.time[i]));
+        EXPECT_NEAR(alone.value[i], y, 1e-4) << alone.time[i];
+        most = std::max(most, std::abs(closed_around.value[i] - y));
+    }
+    EXPECT_GT(most, 1e-3);
+    EXPECT_DOUBLE_EQ(session.simulation->time(), 1);
     auto third = options;
     third.by = {"K[3]"};
     EXPECT_EQ(refused_tuning(cascade, third), "'K' has no element [3]; it has 2, from K[1] to K[2]");
@@ -523,7 +538,7 @@ TEST(TuneLoop, EndsWhenItIsAsked) {
     EXPECT_EQ(sets, 20);
     Tuned session(loop_of(two_lags));
     try {
-        simulated_step(*session.simulation, "pid", 5, 0.01, [] { return false; });
+        simulated_step(*session.simulation, "pid", 5, 0.01, {}, [] { return false; });
         FAIL();
     } catch (const RunError& error) {
         EXPECT_STREQ(error.what(), "the simulated step was interrupted");

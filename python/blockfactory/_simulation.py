@@ -213,15 +213,17 @@ class Simulation(_native.Simulation):
             loop,
         )
 
-    def loop_step(self, loop: str, duration: float, *, height: float = 0) -> tuple[NDArray[Any], NDArray[Any]]:
+    def loop_step(
+        self, loop: str, duration: float, *, height: float = 0, open: str | Sequence[str] = ()
+    ) -> tuple[NDArray[Any], NDArray[Any]]:
         """Times [s] and what comes back in a run in which a step is added at a loop, by its height, `height` 0: 1 % of
-        what the signal is, at least 0.01: of a linear loop the step response of L/(1 + L). The run is afterwards where it
-        was."""
+        what the signal is, at least 0.01: of a linear loop the step response of L/(1 + L). Signals that are `open`, as
+        those of slower loops around this one, stay at what they are. The run is afterwards where it was."""
         import numpy
 
         from . import _native
 
-        time, value = _native._simulated_step(self, loop, duration, height)
+        time, value = _native._simulated_step(self, loop, duration, height, _listed(open) or [])
         return numpy.array(time), numpy.array(value)
 
     def trim(

@@ -148,13 +148,14 @@ void bind_measure(nb::module_& m) {
         nb::arg("phase_margin").none(), nb::arg("overshoot").none(), nb::arg("gain_margin"), nb::arg("open"));
     m.def(
         "_simulated_step",
-        [](PythonRun& run, const std::string& loop, double duration, double height) {
+        [](PythonRun& run, const std::string& loop, double duration, double height,
+           const std::vector<std::string>& open) {
             return explored(run, [&](std::function<bool()> go_on) {
-                const auto found = analysis::simulated_step(run.run, loop, duration, height, go_on);
+                const auto found = analysis::simulated_step(run.run, loop, duration, height, open, go_on);
                 return std::pair(found.time, found.value);
             });
         },
-        nb::arg("run"), nb::arg("loop"), nb::arg("duration"), nb::arg("height"));
+        nb::arg("run"), nb::arg("loop"), nb::arg("duration"), nb::arg("height"), nb::arg("open"));
 
     using Check = Sensitivities::Check;
     nb::class_<Check>(m, "CheckSensitivity", "How near a check is to its limits, and what takes it there.")

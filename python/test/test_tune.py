@@ -56,6 +56,8 @@ def test_an_overshoot_is_that_of_python_control_and_of_the_simulation(loop):
         there = control.step_response(closed, T=time)
         np.testing.assert_allclose(value, there.outputs, atol=1e-3)
         assert sim.parameters["pid.P"] == tuned.gains["pid.P"]
+        # With what it acts on held where it is, nothing comes back.
+        assert not sim.loop_step("pid", 1, open="error")[1].any()
 
 
 def test_what_cannot_be_reached_is_said_with_what_can(loop):

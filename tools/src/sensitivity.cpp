@@ -102,7 +102,11 @@ nlohmann::ordered_json to_json(const Sensitivities& found) {
                           {"differenced", check.differenced},
                           {"has_corner", check.has_corner}});
     }
-    return {{"names", found.names}, {"at", numbers(found.at)}, {"checks", checks}};
+    return {{"names", found.names},
+            {"at", numbers(found.at)},
+            {"least", numbers(found.least)},
+            {"most", numbers(found.most)},
+            {"checks", checks}};
 }
 
 void execute(const SensitivityArguments& arguments) {

@@ -319,7 +319,7 @@ void LoopTuning::execute() const {
             std::max(lasts(tuned.after), tuned.before.margins.is_stable ? lasts(tuned.before) : 0);
         const auto simulate = [&](Simulation& of, const char* which) {
             try {
-                return analysis::simulated_step(of, loop, duration, step.value_or(0));
+                return analysis::simulated_step(of, loop, duration, step.value_or(0), open);
             } catch (const RunError& error) { // an unstable loop may come to an end
                 ends += std::string(which) + ": " + error.what() + "\n";
                 return SimulatedStep{};
@@ -332,8 +332,6 @@ void LoopTuning::execute() const {
     const auto after_measures = measures(after, tuned.after);
     tell_how_exact(tuned.after.loop);
     print(tuned, measures(before, tuned.before), after_measures);
-    if (!open.empty())
-        std::printf("simulated with all loops closed, also those that are open in what is linearised\n");
     std::fputs(escape::terminal(ends).c_str(), stderr);
     if (overshoot && after_measures.overshoot > *overshoot + 0.5)
         std::printf(

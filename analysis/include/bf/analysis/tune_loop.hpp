@@ -64,9 +64,11 @@ struct SimulatedStep {
     std::vector<double> time, value; ///< s from now
     double height = 0;               ///< of the step, in the unit of the signal
 };
-/// `height` 0: 1 % of what the signal is, at least 0.01. `go_on` is asked now and then. The run is afterwards
-/// where it was. Throws RunError.
+/// `height` 0: 1 % of what the signal is, at least 0.01. Signals that are `open` stay at what they are now,
+/// as those of slower loops around this one. `go_on` is asked now and then. The run is afterwards where it
+/// was. Throws RunError.
 SimulatedStep simulated_step(Simulation& run, const std::string& loop, double duration, double height = 0,
+                             const std::vector<std::string>& open = {},
                              const std::function<bool()>& go_on = {});
 
 } // namespace bf::analysis

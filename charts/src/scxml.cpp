@@ -262,7 +262,7 @@ std::size_t end_of_markup(const std::string& text, std::size_t at, const std::st
             return text.find(end, at + size);
     if (text[at + 1] == '!') {
         const std::size_t end = text.find('>', at);
-        if (text.find('[', at) < end)
+        if (std::string_view(text).substr(at, end - at).find('[') != text.npos)
             throw Refused({file + ": it declares a type of document, which is not read here"});
         return end;
     }

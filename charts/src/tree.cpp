@@ -221,11 +221,17 @@ class Arcs : public Tree {
         stop_if_wrong();
         return arcs;
     }
+    std::vector<std::string> paths() const {
+        std::vector<std::string> paths;
+        for (int s = 1; s <= real_; ++s) paths.push_back(node(s).path);
+        return paths;
+    }
 };
 
 } // namespace
 
 std::vector<Arc> arcs(const Chart& chart) { return Arcs(chart).all(); }
+std::vector<std::string> state_paths(const Chart& chart) { return Arcs(chart).paths(); }
 
 std::string label_of(const Transition& t) {
     std::string label;

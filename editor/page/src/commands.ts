@@ -94,7 +94,7 @@ export const commands: Command[] = [
   { title: "Fit all", group: "Look", keys: ["F"], on: ["empty"], run: (s) => s.fit() },
   { title: "Enlarge", group: "Look", keys: ["+", "Shift++"], run: zoom(1.25) },
   { title: "Reduce", group: "Look", keys: ["-"], run: zoom(0.8) },
-  { title: "Open the subsystem or state machine", group: "Look", keys: ["Enter"], on: ["block"], can: (s) => only(s) !== null && may_enter(only(s)!), run: (s) => s.enter(only(s)!.path) },
+  { title: "Open the subsystem, state machine or state", group: "Look", keys: ["Enter"], on: ["block"], can: (s) => only(s) !== null && may_enter(only(s)!), run: (s) => s.enter(only(s)!.path) },
   { title: "Leave the subsystem, choose nothing", group: "Look", keys: ["Escape"], is_hidden: true,
     run: (s) => (has_choice(s) ? s.select([]) : s.leave()) },
   { title: "Block on the left", group: "Look", keys: ["ArrowLeft"], is_hidden: true, run: go({ x: -1, y: 0 }) },

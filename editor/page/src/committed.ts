@@ -11,10 +11,12 @@ interface Committed {
 export function committed(field: HTMLInputElement | HTMLTextAreaElement, given: Committed) {
   let now = given, refused: string | null = null;
   const commit = async () => {
-    const wanted = field.value;
-    if (wanted === now.text) return;
+    const wanted = field.value, before = now;
+    if (wanted === before.text) return;
     refused = wanted; // until it is taken
-    if (await now.set(wanted)) refused = null;
+    if (!(await before.set(wanted))) return;
+    refused = null;
+    if (now === before) now = { ...before, text: wanted }; // a field that goes now is not asked again
   };
   const back = () => {
     field.value = now.text;

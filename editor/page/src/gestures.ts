@@ -237,7 +237,7 @@ export class Gestures {
     const s = this.session, found = this.at(at);
     if (!found) s.dialog = { kind: "search", at: this.point(at) };
     else if (found.element.kind === "wire" && !s.is_chart) s.dialog = { kind: "search", at: this.point(at), into: found.element };
-    else if (found.element.kind === "note" || found.element.kind === "state") s.renamed = key_of(found.element);
+    else if (found.element.kind === "note" || (found.element.kind === "state" && !may_enter(found.element))) s.renamed = key_of(found.element);
     else if (found.port) return;
     else if (found.is_name || !may_enter(found.element)) s.renamed = found.is_name ? key_of(found.element) : null;
     else void s.enter(found.element.path);

@@ -38,7 +38,7 @@ export const with_labels = (elements: Element[]): Operation => ({
 
 /** What stands on the drawing, is resized and entered, and has ports by name. */
 export const is_block = ({ kind }: Element): boolean => kind === "block" || kind === "subsystem" || kind === "chart";
-export const may_enter = ({ kind }: Element): boolean => kind === "subsystem" || kind === "chart";
+export const may_enter = ({ kind, has_inside }: Element): boolean => kind === "subsystem" || kind === "chart" || has_inside;
 
 export const joined = (system: string, name: string): string => (system ? `${system}.${name}` : name);
 export const parent_of = (path: string): string => path.slice(0, Math.max(path.lastIndexOf("."), 0));

@@ -14,8 +14,8 @@ export interface Look {
   border: Point | null; // of a state, where a transition would begin
   /** Of each watched source the elements of its value, which stands on its first wire. */
   values: ReadonlyMap<string, string[]>;
-  /** Number of the active state. */
-  active: number | null;
+  /** Numbers of the active states. */
+  active: ReadonlySet<number>;
   port: Port | null; // that is chosen alone
   image(address: string): HTMLImageElement | null;
   by_rate: boolean;
@@ -84,7 +84,7 @@ function draw_shape(brush: Brush, shape: Shape, element: Element): void {
   if (shape.kind === "text") return draw_text(brush, shape);
   if (shape.kind === "image") return draw_image(brush, shape);
   const key = key_of(element), is_chosen = look.selection.has(key), is_live = is_chosen || look.hovered === key;
-  const is_active = element.state !== null && element.state === look.active;
+  const is_active = element.state !== null && look.active.has(element.state);
   const own = is_active ? c.accent : look.by_rate && element.rate !== null ? rate_colour(element.rate) : null;
   outline(brush, shape);
   context.lineJoin = context.lineCap = "round";

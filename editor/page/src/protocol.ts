@@ -141,7 +141,7 @@ export interface Drawing {
   signals: DrawnSignal[];
   /** "constant", "continuous", "every 10 ms" */
   rates: string[];
-  /** of a chart: the signal that is the number of the active state */
+  /** of a chart: the signal of its active states */
   active: string;
 }
 
@@ -188,6 +188,8 @@ export interface Element {
   rate: number | null;
   /** of a state its number, of a transition that of the state it leaves */
   state: number | null;
+  /** of a state: are there states inside, which are drawn by its path? */
+  has_inside: boolean;
 }
 
 export interface Evaluate {

@@ -286,11 +286,14 @@ export class Session {
 
   /** Is what is shown the chart of a state machine? */
   get is_chart(): boolean { return (this.drawing?.active ?? "") !== ""; }
-  /** The number of its active state at the shown instant. */
-  readonly active: number | null = $derived.by(() => {
+  /** Have its states states inside? */
+  get has_levels(): boolean { return last_of(this.drawing?.active ?? "") === "active"; }
+  /** The numbers of its active states at the shown instant. */
+  readonly active: ReadonlySet<number> = $derived.by(() => {
     void this.sampled;
-    const signal = this.signal_of(this.drawing?.active ?? "");
-    return (signal && this.track_of(signal)?.at(this.run.time)?.[0]) ?? null;
+    const signal = this.signal_of(this.drawing?.active ?? ""), now = signal && this.track_of(signal)?.at(this.run.time);
+    if (!signal || !now) return new Set<number>();
+    return new Set(signal.names.length > 0 ? now.flatMap((is_active, i) => (is_active ? [i + 1] : [])) : now);
   });
 
   private look_at(system: string): void {
@@ -472,7 +475,7 @@ export class Session {
     if (this.is_chart) {
       const [added] = this.drawing!.elements.filter((e) => !before.has(key_of(e)));
       if (added) this.select([key_of(added)]);
-      if (added) this.asked = joined(added.path, "condition");
+      if (added) this.asked = joined(added.path, this.has_levels ? "if" : "condition");
     }
     return true;
   }

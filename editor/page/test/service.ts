@@ -24,7 +24,7 @@ export function box(path: string, x: number, y: number, inputs: string[], output
     kind, path, from: "", to: "", corners: [], as_labels: false, signal: -1, bounds: { x, y, width, height },
     shapes: [shape("polygon", "body", corners), text("value", x + (symbol === "K" ? 22 : 30), y + height / 2 + 4, symbol),
       text("name", x + 30, y + height + 15, path.slice(path.lastIndexOf(".") + 1), 11)],
-    ports: [...ports(inputs, false), ...ports(outputs, true)], title: `${path}, ${symbol}`, description: "", marks: [], rate: null, state: null, image: "",
+    ports: [...ports(inputs, false), ...ports(outputs, true)], title: `${path}, ${symbol}`, description: "", marks: [], rate: null, state: null, has_inside: false, image: "",
   };
 }
 
@@ -43,7 +43,7 @@ export function wire(elements: Element[], from: string, to: string): Element {
     kind: "wire", path: to.includes(".") ? to : `${to}.${b.name}`, from, to, corners: line.map(([x, y]) => ({ x, y })), as_labels: false, signal: a.signal,
     bounds: { x: Math.min(...xs), y: Math.min(...ys), width: Math.max(...xs) - Math.min(...xs) + 6, height: Math.max(...ys) - Math.min(...ys) },
     shapes: [shape("line", "wire", line), shape("polygon", "wire", [[b.at.x, b.at.y], [b.at.x - 8, b.at.y - 4], [b.at.x - 8, b.at.y + 4]])],
-    ports: [], title: `from ${from} to ${to}`, description: "", marks: [], rate: 0, state: null, image: "",
+    ports: [], title: `from ${from} to ${to}`, description: "", marks: [], rate: 0, state: null, has_inside: false, image: "",
   };
 }
 
@@ -98,7 +98,7 @@ export class Model {
       solid.find((e) => e.path === mistake.path)?.marks.push({ message: mistake.message, remedy: mistake.remedy, fixes: mistake.fixes });
     const notes = this.notes.map(({ name, text: words, at }): Element => ({
       kind: "note", path: name, from: "", to: "", corners: [], as_labels: false, signal: -1, bounds: { ...at, width: 80, height: 16 }, ports: [], title: `note: ${words}`,
-      shapes: [text("note", at.x + 40, at.y + 12, words)], description: "", marks: [], rate: null, state: null, image: "" }));
+      shapes: [text("note", at.x + 40, at.y + 12, words)], description: "", marks: [], rate: null, state: null, has_inside: false, image: "" }));
     return { system, bounds, elements: [...this.wires.map(([from, to]) => wire(solid, from, to)), ...solid, ...notes], signals, rates: ["continuous"], active: "" };
   }
   edit(operation: any): void {

@@ -46,7 +46,7 @@ BF_FIELDS(editor::Element, one_of("kind", &T::kind, words::element), has("path",
           has("as_labels", &T::as_labels), has("signal", &T::signal), has("bounds", &T::bounds),
           has("shapes", &T::shapes), has("ports", &T::ports), has("title", &T::title),
           has("description", &T::description), has("image", &T::image), has("marks", &T::marks),
-          has("rate", &T::rate), has("state", &T::state))
+          has("rate", &T::rate), has("state", &T::state), has("has_inside", &T::has_inside))
 BF_FIELDS(editor::Drawing, has("system", &T::system), has("bounds", &T::bounds),
           has("elements", &T::elements), has("signals", &T::signals), has("rates", &T::rates),
           has("active", &T::active))

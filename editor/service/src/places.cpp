@@ -1,5 +1,6 @@
 #include "places.hpp"
 
+#include "bf/model/chart.hpp"
 #include "bf/model/edit.hpp"
 
 #include <algorithm>
@@ -26,9 +27,68 @@ class PlaceFinder {
         for (const auto& block : system.blocks) {
             add(path, block.name, block.where);
             if (block.system) look_into(*block.system, model::joined(path, block.name));
+            if (model::has_chart(block) && block.find_setting(model::chart_setting))
+                look_into_chart(block.where, model::joined(path, block.name));
         }
         for (const auto& connection : system.connections)
             for (const auto& to : connection.to) add(path, to.text(), to.where, connection.from.text());
+    }
+
+    /// States that stand on lines of their own, and their transitions there or in one line.
+    void look_into_chart(const model::Location& where, const std::string& machine) {
+        struct Key {
+            int indent;
+            std::string name;
+            int count = 0; ///< of its items
+        };
+        std::vector<Key> keys;
+        // The path of the state that the keys lead into, behind `chart` and `states` or `regions` each.
+        const auto state = [&] {
+            std::string path;
+            for (std::size_t i = 2; i < keys.size(); i += 2)
+                if (keys[i - 1].name == "states" || keys[i - 1].name == "regions")
+                    path = model::joined(path, keys[i].name);
+            return path;
+        };
+        const auto add_transition = [&](int number, int column, int at) {
+            const auto [around, name] = model::split_last(model::joined(machine, state()));
+            places_.push_back({around, model::joined(model::joined(around, name), std::to_string(number)),
+                               name, at, column, column > 1 ? at : last_line(at)});
+        };
+        if (where.line < 1 || where.line > static_cast<int>(lines_.size())) return;
+        for (int n = where.line + 1; n <= last_line(where.line); ++n) {
+            const int its = indent(n);
+            const std::string_view rest = line(n).substr(static_cast<std::size_t>(its));
+            if (rest.empty() || rest[0] == '#') continue;
+            const bool is_item = rest.starts_with("- ");
+            while (!keys.empty() && (keys.back().indent > its || (keys.back().indent == its && !is_item)))
+                keys.pop_back();
+            if (is_item) {
+                if (!keys.empty() && keys.back().name == "transitions")
+                    add_transition(++keys.back().count, 1, n);
+                continue;
+            }
+            keys.push_back({its, std::string(rest.substr(0, rest.find(':')))});
+            if (keys[0].name != "chart") {
+                keys.pop_back();
+                continue;
+            }
+            const bool is_state =
+                keys.size() % 2 == 1 && keys.size() > 1 &&
+                (keys[keys.size() - 2].name == "states" || keys[keys.size() - 2].name == "regions");
+            if (is_state) {
+                const auto [around, name] = model::split_last(model::joined(machine, state()));
+                places_.push_back({around, model::joined(around, name), "", n, 1, last_line(n)});
+            }
+            const std::size_t list = rest.find("transitions: [");
+            if (list == rest.npos || !(is_state || (list == 0 && keys.size() % 2 == 0))) continue;
+            int depth = 0, number = 0;
+            for (std::size_t at = list + 13; at < rest.size() && (at == list + 13 || depth > 0); ++at) {
+                if (rest[at] == '{' && depth == 1)
+                    add_transition(++number, its + static_cast<int>(at) + 1, n);
+                depth += (rest[at] == '[' || rest[at] == '{') - (rest[at] == ']' || rest[at] == '}');
+            }
+        }
     }
 
     std::vector<TextPlace> places() {

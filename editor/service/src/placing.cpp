@@ -29,8 +29,10 @@ void note(const model::Model& model, const model::Operation& operation, std::set
         for (const auto& part : batch->operations) note(model, part, systems);
     // States without a place would make room for each transition that comes, and for what stands at it.
     const auto note_chart = [&](const std::string& path) {
-        if (const auto machine = model::split_chart(model, path).first; !machine.empty())
-            systems.insert(machine);
+        const auto machine = model::split_chart(model, path).first;
+        if (machine.empty()) return;
+        const bool has_levels = model::find(model, machine)->find_setting(model::chart_setting);
+        systems.insert(has_levels ? around(path) : machine);
     };
     if (const auto* connect = std::get_if<op::Connect>(&operation))
         note_chart(model::joined(connect->system, connect->to));

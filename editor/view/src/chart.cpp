@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 namespace bf::editor {
 
@@ -34,6 +35,18 @@ int count_of(const DiagramNode* node, const Diagram& diagram, const std::string&
     const Node::End source = node->sources[static_cast<std::size_t>(slot)];
     if (source.node < 0 || !diagram.slot(source).size_known) return 1;
     return diagram.slot(source).size.count();
+}
+
+StateKind kind_of(const charts::State& state) {
+    using Kind = charts::State::Kind;
+    switch (state.kind) {
+    case Kind::parallel: return StateKind::with_regions;
+    case Kind::final: return StateKind::final;
+    case Kind::shallow_history: return StateKind::shallow_history;
+    case Kind::deep_history: return StateKind::deep_history;
+    case Kind::junction: return StateKind::junction;
+    default: return state.states.empty() ? StateKind::plain : StateKind::with_states;
+    }
 }
 
 } // namespace
@@ -75,10 +88,19 @@ std::optional<Level> level_of(const model::Block& block, const std::string& fold
         }
         if (around->states.empty()) return {};
         Level level;
+        const std::vector<std::string> paths = charts::state_paths(document);
         for (const auto& state : around->states) {
             level.chart.states.push_back(state.name);
-            level.have_states.push_back(!state.states.empty());
+            level.kinds.push_back(kind_of(state));
+            const auto found =
+                std::ranges::find(paths, inside.empty() ? state.name : inside + "." + state.name);
+            level.numbers.emplace_back();
+            if (found != paths.end()) level.numbers.back() = static_cast<int>(found - paths.begin()) + 1;
         }
+        // Histories and junctions are never active.
+        const auto first = std::ranges::find_if(level.numbers, [](const auto& n) { return n.has_value(); });
+        if (first != level.numbers.end())
+            level.chart.initial = static_cast<std::size_t>(first - level.numbers.begin());
         // The state of this level that a path leads into.
         const auto place_of = [&](const std::string& path) -> std::optional<std::size_t> {
             const auto rest = inside.empty() ? std::optional("." + path) : rest_under(path, inside);
@@ -91,13 +113,20 @@ std::optional<Level> level_of(const model::Block& block, const std::string& fold
         if (!around->initial.empty())
             level.chart.initial =
                 place_of(inside.empty() ? around->initial[0] : inside + "." + around->initial[0]).value_or(0);
+        std::map<std::string, int> counts; // of the transitions of each state
         for (const auto& arc : charts::arcs(document)) {
+            const int number = ++counts[arc.from];
             const auto from = place_of(arc.from);
+            int goals = 0;
             const bool is_of_this_level =
                 from && arc.from == (inside.empty() ? "" : inside + ".") + level.chart.states[*from];
             for (const std::string& goal : arc.to.empty() ? std::vector{arc.from} : arc.to)
-                if (const auto to = place_of(goal); from && to && (*from != *to || is_of_this_level))
+                if (const auto to = place_of(goal); from && to && (*from != *to || is_of_this_level)) {
                     level.chart.transitions.push_back({*from, *to, charts::label_of(*arc.transition), "0"});
+                    std::string name = inside.empty() ? arc.from : arc.from.substr(inside.size() + 1);
+                    name += "." + std::to_string(number);
+                    level.names.push_back(++goals > 1 ? name + "." + std::to_string(goals) : name);
+                }
         }
         return level;
     } catch (const charts::Refused&) {

@@ -18,11 +18,18 @@ using FindNode = std::function<const DiagramNode*(const std::string& block)>;
 /// Of the block's settings, or of their values where these are expressions; empty where neither is known.
 model::Chart chart_of(const model::Block& block, const DiagramNode* node);
 
+/// What a state is, as its drawing shows it.
+enum class StateKind { plain, with_states, with_regions, final, shallow_history, deep_history, junction };
+
 /// One level of a chart with states in states: the states within one of them, and what leads from one to
 /// another, from or to their insides, too.
 struct Level {
     model::Chart chart; ///< the conditions of its transitions are their labels
-    std::vector<bool> have_states;
+    std::vector<StateKind> kinds;
+    std::vector<std::optional<int>> numbers; ///< of the states in the whole chart; none: it is never active
+    /// Of the transitions, "up.1" for the first one that leaves the state `up`; further goals of it have a
+    /// second number.
+    std::vector<std::string> names;
 };
 /// `inside` is the path of the state, empty for the chart itself. None where the block has no such chart, or
 /// a wrong one.

@@ -138,8 +138,7 @@ class Drawer {
         drawing.signals = carried_;
         for (std::size_t rate = 0; rate < diagram_.rates.size(); ++rate)
             drawing.rates.push_back(rate_text(diagram_, static_cast<int>(rate)));
-        if (place_.machine && !place_.machine->find_setting(model::chart_setting))
-            drawing.active = joined(path_, "state");
+        if (place_.machine) drawing.active = active_of(place_, path_);
         add_wires(drawing);
         for (const Item& item : items_) {
             Element& element = drawing.elements.emplace_back(finished(item));
@@ -339,12 +338,13 @@ class Drawer {
         for (Net& net : nets_) net.from.pin += inputs[net.from.box]; // outputs come after inputs
         for (std::size_t i = 0; i < chart.states.size(); ++i) {
             const std::string& name = chart.states[i];
-            Item item = state_item(name, i == chart.initial, inputs[i], outputs[i], drawn(name));
-            if (!level) item.element.state = static_cast<int>(i) + 1;
+            const StateKind kind = level ? level->kinds[i] : StateKind::plain;
+            Item item = state_item(name, kind, i == chart.initial, inputs[i], outputs[i], drawn(name));
+            item.element.state = level ? level->numbers[i] : std::optional(static_cast<int>(i) + 1);
             add(std::move(item), name, "");
         }
         for (std::size_t t = 0; t < chart.transitions.size(); ++t) {
-            const std::string to = chart.name_of(t);
+            const std::string to = level ? level->names[t] : chart.name_of(t);
             ends_.push_back({chart.states[chart.transitions[t].from], {to}});
             drawn_.push_back({corners_of(to)});
             inputs_.try_emplace(joined(path_, to), joined(path_, to));

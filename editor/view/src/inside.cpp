@@ -50,6 +50,12 @@ Inside inside(const model::Model& model, const std::string& path) {
     return place;
 }
 
+std::string active_of(const Inside& place, const std::string& path) {
+    const std::size_t inner = place.state.empty() ? 0 : place.state.size() + 1;
+    return joined(path.substr(0, path.size() - inner),
+                  place.machine->find_setting(model::chart_setting) ? "active" : "state");
+}
+
 std::vector<std::string> conditions_of(const model::Model& model, const std::string& machine,
                                        const Diagram& diagram) {
     const Inside place = inside(model, machine);

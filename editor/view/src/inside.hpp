@@ -22,6 +22,9 @@ struct Inside {
 /// Of the file.
 std::string folder_of(const Inside& place);
 
+/// The signal of the active states of the chart that stands at the path.
+std::string active_of(const Inside& place, const std::string& path);
+
 /// Throws model::Errors where there is neither.
 Inside inside(const model::Model& model, const std::string& path);
 

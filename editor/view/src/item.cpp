@@ -292,17 +292,63 @@ Item port_item(const model::Port& port, bool is_output, const model::Placement& 
     return item;
 }
 
-Item state_item(const std::string& name, bool is_initial, std::size_t inputs, std::size_t outputs,
-                const model::Placement& drawn) {
+namespace {
+
+/// Harel's marks: two states for states inside, a line between regions, H for a history, a second outline
+/// for a final state, a dot for a junction.
+void mark_kind(std::vector<Shape>& shapes, StateKind kind, double w, double h) {
+    const auto box = [&](double x, double y, double width, double height) {
+        shapes.push_back({Shape::Kind::line,
+                          Style::symbol,
+                          {{x, y}, {x + width, y}, {x + width, y + height}, {x, y + height}, {x, y}}});
+    };
+    switch (kind) {
+    case StateKind::with_states:
+        box(w - 24, h - 11, 7, 5);
+        box(w - 13, h - 11, 7, 5);
+        shapes.push_back({Shape::Kind::line, Style::symbol, {{w - 17, h - 8.5}, {w - 13, h - 8.5}}});
+        break;
+    case StateKind::with_regions:
+        box(w - 20, h - 12, 14, 7);
+        shapes.push_back({Shape::Kind::line, Style::symbol, {{w - 13, h - 12}, {w - 13, h - 5}}});
+        break;
+    case StateKind::shallow_history:
+    case StateKind::deep_history:
+        shapes.push_back({Shape::Kind::ellipse, Style::symbol, {{w - 19, 4}, {w - 5, 18}}});
+        shapes.push_back({Shape::Kind::text,
+                          Style::value,
+                          {{w - 12, 14}},
+                          kind == StateKind::deep_history ? "H*" : "H",
+                          small_letter,
+                          Align::middle});
+        break;
+    case StateKind::final: box(5, 5, w - 10, h - 10); break;
+    case StateKind::junction:
+        shapes.push_back({Shape::Kind::ellipse, Style::branch, {{w - 13, 6}, {w - 7, 12}}});
+        break;
+    case StateKind::plain: break;
+    }
+}
+
+} // namespace
+
+Item state_item(const std::string& name, StateKind kind, bool is_initial, std::size_t inputs,
+                std::size_t outputs, const model::Placement& drawn) {
+    constexpr const char* words[] = {
+        "state",   "state with states inside", "state with regions", "final state", "history", "deep history",
+        "junction"};
     Item item;
     item.element.kind = Element::Kind::state;
-    item.element.title = name + (is_initial ? ", first state" : ", state");
+    item.element.has_inside = kind == StateKind::with_states || kind == StateKind::with_regions;
+    item.element.title = name + (is_initial ? ", first " : ", ") + words[static_cast<int>(kind)];
     item.shows_name = false;
     const Pins pins({std::vector<std::string>(inputs), std::vector<std::string>(outputs), {}}, drawn, false);
     // Whatever transitions it has, so that it stays where it is while they are drawn.
-    resize(item, drawn, std::max(60.0, std::ceil((text_width(name, letter) + 30) / 10) * 10), 50);
+    const double room = kind == StateKind::plain ? 30 : 50; // beside the name
+    resize(item, drawn, std::max(60.0, std::ceil((text_width(name, letter) + room) / 10) * 10), 50);
     const double w = item.box.width, h = item.box.height;
     item.element.shapes = outline_shapes(Symbol::Outline::rounded, w, h, Side::right);
+    mark_kind(item.element.shapes, kind, w, h);
     item.element.shapes.push_back(
         {Shape::Kind::text, Style::value, {{w / 2, h / 2 + 4}}, name, letter, Align::middle});
     if (is_initial) { // a dot with an arrow

@@ -3,6 +3,7 @@
 
 #include "bf/elaborate/diagram.hpp"
 #include "bf/view/place.hpp"
+#include "chart.hpp"
 
 #include <string>
 #include <vector>
@@ -31,8 +32,8 @@ Item block_item(const model::Block& block, const DiagramNode* node, const PortNa
                 const model::Placement& drawn);
 /// A state of a chart with pins for the transitions to it and from it, in their order, and ports by which new
 /// ones are named: they begin and end anywhere at it.
-Item state_item(const std::string& name, bool is_initial, std::size_t inputs, std::size_t outputs,
-                const model::Placement& drawn);
+Item state_item(const std::string& name, StateKind kind, bool is_initial, std::size_t inputs,
+                std::size_t outputs, const model::Placement& drawn);
 Item port_item(const model::Port& port, bool is_output, const model::Placement& drawn);
 
 /// The element at the item's place, with its name.

@@ -1,5 +1,6 @@
 #include "bf/formats/yaml.hpp"
 #include "bf/library/load.hpp"
+#include "bf/model/edit.hpp"
 #include "bf/view/draw.hpp"
 
 #include <algorithm>
@@ -161,11 +162,21 @@ TEST(DrawChart, ShowsStatesWithinStatesLevelByLevel) {
                 all += element.title + "\n";
         return all;
     };
-    EXPECT_EQ(texts("machine"),
-              "off > on.1: go\non > off.2: stop\non > off.3: go\noff, first state\non, state\n");
-    EXPECT_EQ(texts("machine.on"), "a > b.1: [n > 2] after 0.5 s / n = 0\na > a.2: every 1 s / n = n + 1\n"
-                                   "last, state\na, state\nb, first state\n");
-    EXPECT_EQ(drawn(model, "machine").active, "") << "the number counts states of all levels";
+    EXPECT_EQ(texts("machine"), "off > off.1: go\non > on.1: stop\non > on.b.1: go\noff, first state\non, "
+                                "state with states inside\n");
+    EXPECT_EQ(texts("machine.on"), "a > a.1: [n > 2] after 0.5 s / n = 0\na > a.2: every 1 s / n = n + 1\n"
+                                   "last, history\na, state\nb, first state\n");
+    for (const char* system : {"machine", "machine.on"})
+        EXPECT_EQ(drawn(model, system).active, "machine.active");
+    EXPECT_EQ(shown(drawn(model, "machine"), "machine.on").state, 2) << "in the document's order";
+    EXPECT_EQ(shown(drawn(model, "machine.on"), "machine.on.b").state, 4);
+    EXPECT_EQ(shown(drawn(model, "machine.on"), "machine.on.last").state, std::nullopt) << "is never active";
+    EXPECT_EQ(shown(drawn(model, "machine"), "machine.on.b.1").state, 2) << "it leaves `on`, too";
+    auto without = model;
+    auto& text = bf::model::find(without, "machine")->settings[0].value.text;
+    text.erase(text.find(R"("initial": "b", )"), 16);
+    EXPECT_EQ(shown(drawn(without, "machine.on"), "machine.on.a").title, "a, first state")
+        << "and not the history before it";
     EXPECT_THROW(drawn(model, "machine.off"), bf::model::Errors) << "has no states inside";
 }
 

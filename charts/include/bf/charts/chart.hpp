@@ -72,6 +72,10 @@ struct Arc {
 /// All transitions of a chart, in the order of its states. Throws Refused.
 std::vector<Arc> arcs(const Chart& chart);
 
+/// The paths of the states that can be active, by number from 1: the elements of the block's output `active`.
+/// Throws Refused.
+std::vector<std::string> state_paths(const Chart& chart);
+
 /// "on go [u > 1] after 0.2 s / n = n + 1".
 std::string label_of(const Transition& transition);
 

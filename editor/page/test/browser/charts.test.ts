@@ -1,8 +1,10 @@
 import type { Browser, Page } from "playwright-core";
 import { afterAll, afterEach, beforeAll, beforeEach, describe, expect, test } from "vitest";
 import { writeFile } from "node:fs/promises";
+import { join } from "node:path";
 import { found_by_axe } from "./axe.ts";
 import { is_there, start, type Hand } from "./browser.ts";
+import type { Point } from "../../src/protocol.ts";
 import { Desk } from "./desk.ts";
 
 const command = process.env.BF_COMMAND;
@@ -95,6 +97,80 @@ describe.skipIf(!is_there || !command)("what a model looks like", () => {
     const list = (await offers.boundingBox())!, panel = (await page.getByRole("region", { name: "Inspector" }).boundingBox())!;
     expect(list.y + list.height).toBeLessThanOrEqual(panel.y + panel.height + 1);
     await page.getByRole("combobox", { name: "condition" }).press("Escape");
+  });
+
+  test("states in states are opened, lit while they are active, and edited like others", async () => {
+    const chart = `    chart:
+      variables: {v: 0}
+      outputs: [v]
+      states:
+        idle: {transitions: [{to: work, after: 0.25}]}
+        work:
+          states:
+            up: {entry: v = 1, transitions: [{to: down, if: v > 0, after: 0.45}]}
+            down: {}
+            last: {history: shallow, to: up}
+`;
+    await writeFile(desk.file, model.replace(/ {4}states: [^]*?0 2]\n/, chart));
+    await page.getByText("No mistakes").waitFor();
+    const { x, y } = await hand.middle("machine");
+    await page.mouse.dblclick(x, y);
+    await element(/^state idle, first state/).waitFor();
+    at("machine");
+    await element(/^state work, state with states inside/).waitFor(); // what was written is there
+    const around = await hand.middle("machine.work");
+    await page.mouse.dblclick(around.x, around.y);
+    await element(/^state up, first state/).waitFor();
+    await element(/^state last, history/).waitFor();
+    at("machine.work");
+    expect(await found_by_axe(page)).toEqual([]);
+    const inspector = page.getByRole("region", { name: "Inspector" }), field = (name: string) => inspector.getByLabel(name, { exact: true });
+    const up = await hand.middle("machine.work.up");
+    await page.mouse.click(up.x, up.y);
+    await page.keyboard.press("y");
+    const sheet = page.getByRole("textbox", { name: "Text of the model" });
+    await expect.poll(() => sheet.locator(".cm-chosen").allInnerTexts()).toEqual(["            up: {entry: v = 1, transitions: [{to: down, if: v > 0, after: 0.45}]}"]);
+    await sheet.locator(".cm-line").filter({ hasText: "down: {}" }).click();
+    await page.getByRole("option", { name: /^state down/, selected: true }).waitFor();
+    await page.getByRole("button", { name: "Close the text" }).click();
+    await sheet.waitFor({ state: "detached" });
+    await element(/^transition from up to down, \[v > 0] after 0.45 s/).waitFor();
+    const [begin, end] = (await desk.drawing()).elements.find((e) => e.path === "machine.work.up.1")!.corners as [Point, Point];
+    const on_it = await hand.at({ x: (begin.x + end.x) / 2, y: (begin.y + end.y) / 2 });
+    await page.mouse.click(on_it.x, on_it.y);
+    await field("if").fill("v > 0.5");
+    await field("if").press("Enter");
+    await expect.poll(() => text()).toContain("if: v > 0.5");
+    await element(/^transition from up to down, \[v > 0.5] after 0.45 s/).waitFor();
+    await page.keyboard.press("Escape");
+    await hand.drag(await hand.border("machine.work.down", 0.5, 1), await hand.middle("machine.work.up"));
+    await element(/^transition from down to up/).waitFor();
+    await expect.poll(() => field("if").evaluate((its) => its === document.activeElement)).toBe(true);
+    await field("if").fill("time_in_state > 9");
+    await field("if").press("Enter");
+    await expect.poll(() => text()).toContain("time_in_state > 9");
+    await page.keyboard.press("Escape");
+    await page.keyboard.press("Control+k");
+    await page.getByRole("combobox", { name: "Insert a block, or do something" }).fill("hold");
+    await page.keyboard.press("Enter");
+    await expect.poll(() => text()).toContain("hold: {}");
+    await page.getByRole("option", { name: /^state hold/, selected: true }).waitFor();
+    await page.keyboard.press("F2");
+    await page.getByLabel("Name of hold").fill("rest");
+    await page.keyboard.press("Enter");
+    await expect.poll(() => text()).toContain("rest: {}");
+    await page.getByRole("option", { name: /^state rest/, selected: true }).waitFor();
+    await page.keyboard.press("Delete");
+    await expect.poll(() => text()).not.toContain("rest: {}");
+    await page.getByText("No mistakes").waitFor();
+    await page.keyboard.press("p");
+    await element(/^state up, first state, active/).waitFor();
+    await element(/^state down, state, active/).waitFor();
+    await page.keyboard.press("p");
+    if (process.env.BF_PICTURES) await page.screenshot({ path: join(process.env.BF_PICTURES, "state_chart.png") });
+    await page.keyboard.press("Escape");
+    await element(/^state work, state with states inside, active/).waitFor();
+    expect(await found_by_axe(page)).toEqual([]);
   });
 
   const sides = [0, 0.25, 0.5, 0.75, 1].flatMap((along) => [[along, 0], [along, 1], [0, along], [1, along]] as [number, number][]);

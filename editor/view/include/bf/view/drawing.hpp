@@ -113,6 +113,7 @@ struct Element {
     std::vector<Mark> marks = {};
     std::optional<int> rate = {};  ///< its number in `Drawing::rates`
     std::optional<int> state = {}; ///< of a state its number, of a transition that of the state it leaves
+    bool has_inside = false;       ///< of a state: are there states inside, which are drawn by its path?
 };
 
 struct Drawing {
@@ -121,7 +122,7 @@ struct Drawing {
     std::vector<Element> elements; ///< from the back to the front: wires, blocks, notes
     std::vector<DrawnSignal> signals = {};
     std::vector<std::string> rates = {}; ///< "constant", "continuous", "every 10 ms"
-    std::string active = {};             ///< of a chart: the signal that is the number of the active state
+    std::string active = {};             ///< of a chart: the signal of its active states
 };
 
 } // namespace bf::editor

@@ -8,7 +8,7 @@ namespace bf::codegen {
 
 /// Empty where some of what goes on between two steps is no equation.
 std::string Generator::derivatives_source(const std::vector<std::string>& places) const {
-    if (!has_model_exchange() || is_split() || real() != Type::float64) return {};
+    if (!is_fmu_ || is_split() || real() != Type::float64) return {};
     const auto is_in = [](const PieceNumbers& pieces, int piece) {
         return std::find(pieces.begin(), pieces.end(), piece) != pieces.end();
     };

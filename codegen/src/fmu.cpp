@@ -245,7 +245,7 @@ FmuCode Generator::fmu(const FmuChoice& choice, const std::map<std::string, std:
 
     row = 0;
     std::vector<std::pair<FmuVariable, std::string>> rates;
-    for (const auto& field : has_model_exchange() ? continuous_ : std::vector<Field>()) {
+    for (const auto& field : continuous_) {
         auto state = of_slot(FmuVariable::Role::state, field.path, field.end);
         state.rows *= state.cols; // elements in the order of the solver
         state.cols = 1;
@@ -260,7 +260,7 @@ FmuCode Generator::fmu(const FmuChoice& choice, const std::map<std::string, std:
     }
     row = 0;
     for (auto& [rate, place] : rates) add(std::move(rate), "bf::generated::fmu_rates", row++, place);
-    if (guard_count() > 0 && has_model_exchange())
+    if (guard_count() > 0)
         add({FmuVariable::Role::crossings,
              "event_indicators",
              "",
@@ -308,10 +308,9 @@ FmuCode Generator::fmu(const FmuChoice& choice, const std::map<std::string, std:
         (rows.empty() ? "    {bf_run_inputs, 0, FmuSetting::none}, // none: not counted\n" : rows) + "};\n" +
         (clocks.empty() ? "" : "static constexpr bf::generated::FmuClock clocks[] = {\n" + clocks + "};\n") +
         "const bf::generated::FmuTables bf::generated::fmu_tables{bf_run_v1, " + literal(code.token) +
-        ", rows, " + std::to_string(code.variables.size()) + ", " +
-        (has_model_exchange() ? "&bf::generated::ExchangeOf<" + class_ + ">::functions"
-                              : "&bf::generated::no_exchange") +
-        ", " + (code.is_hosted ? "&bf::generated::HostOf<" + class_ + ">::functions" : "nullptr") + ", " +
+        ", rows, " + std::to_string(code.variables.size()) + ", " + "&bf::generated::ExchangeOf<" + class_ +
+        ">::functions, " +
+        (code.is_hosted ? "&bf::generated::HostOf<" + class_ + ">::functions" : "nullptr") + ", " +
         (code.has_derivatives ? "&bf::generated::fmu_derivatives" : "nullptr") + ", " +
         (are_signals_repeatable() ? "true" : "false") + ", " + (clocks.empty() ? "nullptr, " : "clocks, ") +
         std::to_string(code.clocks.size()) + "};\n";

@@ -103,9 +103,6 @@ class Generator {
     Type type_of(const Slot& slot) const { return slot.type == Type::float64 ? real() : slot.type; }
     /// Does the program make blocks, or elaborate the model?
     bool has_hosted() const { return hosted_count_ > 0 || is_dynamic(); }
-    /// Functions by which a solver of the caller integrates the model: what is made does not know of instants
-    /// between steps.
-    bool has_model_exchange() const { return is_fmu_ && !has_hosted(); }
     bool are_signals_repeatable() const;
     // Rates as clocks of an FMU, by their numbers.
     std::vector<int> clocked_rates() const;
@@ -235,6 +232,7 @@ class Generator {
     /// The time of a statement of that task, of the whole step for -1.
     std::string time_of(int task) const { return task < 0 ? step_time_ : of_task("time", task); }
     std::string time_inside() const; ///< a step, where a solver evaluates
+    std::string go_to() const;       ///< made blocks know the time `at`, too
     /// Statement by which a function does nothing after a failure; the product of steps and period.
     virtual std::string unless_failed() const { return "    if (failure_) return false;\n"; }
     virtual std::string time_at(const std::string& steps) const {
@@ -303,7 +301,7 @@ class Generator {
 
     const Diagram& diagram_;
     Options options_;
-    bool is_fmu_ = false;
+    bool is_fmu_ = false; ///< with functions by which a solver of the caller integrates the model
     std::map<std::string, std::string> folders_; ///< of blocks of an FMU, in its resources
     std::string flatten_ = "[[gnu::flatten]] ";  ///< before a function that kernels are joined into
     std::string control_ = "control_.", step_time_ = "time_"; ///< before what controls a step; of this step

@@ -20,7 +20,7 @@ void Generator::go_on_between_steps(program::Statements& outputs) const {
 }
 
 std::string Generator::exchange_declarations(const Calls& calls) const {
-    if (!has_model_exchange()) return {};
+    if (!is_fmu_) return {};
     const auto truth = [](bool is) { return is ? "true" : "false"; };
     return "\n    /// For a solver of the caller, which integrates `continuous` where update() would. A step "
            "is output() and "
@@ -42,7 +42,7 @@ std::string Generator::exchange_declarations(const Calls& calls) const {
 }
 
 std::string Generator::exchange_functions(const Calls& calls) {
-    if (!has_model_exchange()) return {};
+    if (!is_fmu_) return {};
     const std::string head = "bool " + class_ + "::", guards = number(guard_count());
     std::string copies, rows, answers, passed;
     for (const auto& quantity : control_quantities())
@@ -54,7 +54,7 @@ std::string Generator::exchange_functions(const Calls& calls) {
         is_behind = is_behind || statement.kind == program::Statement::Kind::evaluate;
     }
     for (const auto& field : outputs_) copies += "    " + copy_of(field);
-    const std::string at = "    if (failure_) return false;\n    " + step_time_ + " = at;\n";
+    const std::string at = "    if (failure_) return false;\n    " + step_time_ + " = at;\n" + go_to();
     const std::string again = "    if (!(" + called(calls.again) + ")) return false;\n";
     std::string text = "// For a solver of the caller.\n" + head + "end_step() noexcept {\n" +
                        unless_failed() + calls.commit + "    ++steps_;\n    return true;\n}\n\nvoid " +

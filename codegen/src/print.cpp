@@ -370,16 +370,21 @@ std::string Generator::solver_memory(const std::string& start, const std::string
     return start + "[" + size + "], " + slopes + "[" + size + " * bf::kernels::" + solver_name() + ".stages]";
 }
 
+std::string Generator::go_to() const {
+    const auto& rates = diagram_.rates;
+    const auto its =
+        std::find_if(rates.begin(), rates.end(), [](const SampleRate& rate) { return rate.is_continuous; });
+    return its == rates.end() || !has_hosted()
+               ? ""
+               : "    hosted_->go_to(" + number(static_cast<int>(its - rates.begin())) + ", at);\n";
+}
+
 std::string Generator::integration(const Calls& calls) const {
-    const auto& d = diagram_;
-    std::string go_to, lost;
-    for (std::size_t r = 1; r < d.rates.size(); ++r)
-        if (d.rates[r].is_continuous && has_hosted())
-            go_to = "    hosted_->go_to(" + number(static_cast<int>(r)) + ", at);\n";
+    std::string lost;
     for (const auto& field : continuous_)
         lost += "!is_finite(continuous." + field.member + ") ? " + literal(node(field.end.node).path) + " : ";
     return "// Inside a step: the continuous signals that derivatives depend on.\nbool " + class_ +
-           "::evaluate(Real at) noexcept {\n    " + time_ + " = at;\n" + go_to + "    return " +
+           "::evaluate(Real at) noexcept {\n    " + time_ + " = at;\n" + go_to() + "    return " +
            called(calls.inside) + ";\n}\n\n" + flattened(calls) + "bool " + class_ +
            "::integrate() noexcept {\n" +
            (is_joined(calls) ? "    Real " + solver_memory("start", "slopes") + ";\n" : "") +

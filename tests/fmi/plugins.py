@@ -56,7 +56,7 @@ with tempfile.TemporaryDirectory() as folder:
     model = pathlib.Path(examples, "icub_balancing/balancing.yaml")
     fmu = folder / "fmus/law.fmu"
     text = run(bf, "export-fmu", folder / "law.yaml", "-o", fmu, timeout=900).stdout
-    assert "co-simulation, " in text, text
+    assert "co-simulation and model exchange, " in text, text
     run(bf, "check-fmu", fmu)
     options = ["--quiet", "--set", f"stop={STOP}", "--set", "Push.force=40", "--set", "Push.at_y=0.5"]
 

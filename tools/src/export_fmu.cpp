@@ -128,9 +128,11 @@ fmi::Description description_of(const LoadedModel& loaded, const codegen::FmuCod
                                       .needs_completed_step = false};
     d.co_simulation->sources = d.model_exchange->sources = code.sources;
     if (code.is_hosted) {
-        d.model_exchange.reset();
-        d.co_simulation->sources.clear();
-        d.co_simulation->has_state = d.co_simulation->can_serialize = can_be_saved(diagram);
+        const bool is_saved = can_be_saved(diagram);
+        for (auto* its : {&*d.co_simulation, &*d.model_exchange}) {
+            its->sources.clear();
+            its->has_state = its->can_serialize = is_saved;
+        }
     }
     d.variables.push_back(
         {.name = "time", .unit = "s", .doc = "simulated time", .causality = fmi::Causality::independent});

@@ -51,7 +51,7 @@ struct FmuCode {
     std::string identifier;           ///< of the model, a C name
     std::string token;                ///< of this code, which the description has to name
     /// Are blocks made from plugins? They stand beside the library, with libbf_core.so and what else they
-    /// need; the code then needs the headers of BlockFactory and is for co-simulation alone.
+    /// need; the code then needs the headers of BlockFactory.
     bool is_hosted = false;
     std::vector<std::string> plugins;  ///< their names
     bool uses_standard_blocks = false; ///< are standard blocks made, which libbf_blocks.a has?

@@ -37,8 +37,6 @@ class FmuInstance : public FmuMessages {
     bool open() {
         model_ = library_.create();
         if (!model_) return fail("there is no memory for the model");
-        if (!order.is_co_simulation() && !exchange_.compute_rates)
-            return fail("this FMU is for co-simulation alone, as blocks of its model are made from plugins");
         moment_ = {};
         folder_ = resources_;
         if (host_ && !host_->make(model_, folder_)) return fail_of_model();

@@ -24,20 +24,6 @@ struct Exchange {
     bool (*quantity)(bf_run_model*, bool is_rate, int number, bf_run_quantity* row);
 };
 
-/// Of a model for co-simulation alone.
-inline constexpr Exchange no_exchange{0,
-                                      0,
-                                      false,
-                                      [](bf_run_model*) -> double* { return nullptr; },
-                                      [](bf_run_model*) -> double* { return nullptr; },
-                                      nullptr,
-                                      nullptr,
-                                      nullptr,
-                                      nullptr,
-                                      nullptr,
-                                      nullptr,
-                                      nullptr};
-
 template <class Model> struct ExchangeOf {
     static Model* of(bf_run_model* model) noexcept { return reinterpret_cast<Model*>(model); }
     static bool quantity(bf_run_model* model, bool is_rate, int number, bf_run_quantity* row) {

@@ -17,9 +17,9 @@ namespace {
 /// it.
 bool is_own(std::string_view name) {
     static const std::set<std::string_view> own{
-        "Inputs",     "Outputs",   "Parameters", "Variables", "Signals",        "States", "ContinuousStates",
-        "Workspace",  "Guards",    "Given",      "Real",      "Type",           "Where",  "Quantity",
-        "Quantities", "FixedName", "FixedNames", "NewValue",  "ElaboratedModel"};
+        "Inputs",    "Outputs",    "Parameters", "Variables",  "Signals",  "States",    "ContinuousStates",
+        "Workspace", "Guards",     "Given",      "Control",    "Real",     "Type",      "Where",
+        "Quantity",  "Quantities", "FixedName",  "FixedNames", "NewValue", "OnNumbers", "ElaboratedModel"};
     return own.contains(name);
 }
 

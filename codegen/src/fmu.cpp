@@ -97,11 +97,23 @@ bool is_initial(const DiagramNode& node, int parameter) {
                        [&](const SlotDeclaration& slot) { return slot.initial_from == parameter; });
 }
 
-/// A set of clocks as bits.
-std::string clocks_text(const std::vector<int>& clocks) {
+/// What an input has until it is written: 0, as all inputs of the generated class, unless that is no value of
+/// its enumeration.
+double first_value(const FmuVariable& input) {
+    const auto is_0 = [](const auto& item) { return item.first == 0; };
+    return input.names.empty() || std::any_of(input.names.begin(), input.names.end(), is_0)
+               ? 0
+               : input.names.front().first;
+}
+
+/// Of the row of a variable, what only few have.
+std::string rest_of_row(const FmuVariable& variable) {
+    if (variable.names.empty() && variable.clocks.empty()) return {};
     std::uint64_t bits = 0;
-    for (const int clock : clocks) bits |= std::uint64_t{1} << static_cast<unsigned>(clock);
-    return clocks.empty() ? "" : ", " + std::to_string(bits) + "u";
+    for (const int clock : variable.clocks) bits |= std::uint64_t{1} << static_cast<unsigned>(clock);
+    const int start = variable.role == FmuVariable::Role::input ? static_cast<int>(first_value(variable)) : 0;
+    return std::string(variable.names.empty() ? ", false, " : ", true, ") + std::to_string(bits) + "u, " +
+           std::to_string(start);
 }
 
 std::vector<double> elements_of(const std::vector<double>& initial, std::size_t count) {
@@ -174,10 +186,7 @@ FmuCode Generator::fmu(const FmuChoice& choice, const std::map<std::string, std:
                 (variable.role == FmuVariable::Role::calculated ? "FmuSetting::none"
                  : variable.role == FmuVariable::Role::fixed    ? "FmuSetting::before"
                                                                 : "FmuSetting::always") +
-                (variable.names.empty() && variable.clocks.empty() ? ""
-                 : variable.names.empty()                          ? ", false"
-                                                                   : ", true") +
-                clocks_text(variable.clocks) + "},\n";
+                rest_of_row(variable) + "},\n";
         places.push_back(variable.type == Type::float64 ? place : std::string());
         code.variables.push_back(std::move(variable));
     };
@@ -202,7 +211,7 @@ FmuCode Generator::fmu(const FmuChoice& choice, const std::map<std::string, std:
     for (const auto& input : inputs_) {
         auto variable = of_slot(FmuVariable::Role::input, input.path, input.end);
         variable.unit = input.unit, variable.doc = input.doc;
-        std::fill(variable.start.begin(), variable.start.end(), 0.0); // of the generated class
+        std::fill(variable.start.begin(), variable.start.end(), first_value(variable));
         add(std::move(variable), "bf_run_inputs", row++, "inputs." + input.member);
     }
     row = 0;

@@ -95,6 +95,16 @@ std::vector<std::string> problems_of(const Description& d) {
                 add(v, "starts outside of its own limits", of_variables);
                 break;
             }
+        const auto type = std::find_if(d.enumerations.begin(), d.enumerations.end(),
+                                       [&](const auto& its) { return its.name == v.declared_type; });
+        if (type != d.enumerations.end())
+            for (const double x : v.start)
+                if (std::none_of(type->items.begin(), type->items.end(),
+                                 [&](const auto& item) { return item.first == x; })) {
+                    add(v, "starts at " + number_text(x) + ", which its type '" + type->name + "' has not",
+                        of_variables);
+                    break;
+                }
         independent += v.causality == Causality::independent;
         if (v.causality == Causality::output) outputs.insert(number);
         const bool is_unknown = initial == Initial::calculated || initial == Initial::approx;

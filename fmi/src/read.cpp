@@ -86,7 +86,15 @@ void Reader::read_types(const Element* root) {
     if (const auto* list = root->FirstChildElement("TypeDefinitions"))
         for (const auto* type = list->FirstChildElement(); type; type = type->NextSiblingElement()) {
             const auto* const its = d_.version == 2 ? type->FirstChildElement() : type;
-            if (its) types_[needed(type, "name")] = its;
+            if (!its) continue;
+            const std::string name = needed(type, "name");
+            types_[name] = its;
+            EnumerationType enumeration{name, {}};
+            for (const auto* item = its->FirstChildElement("Item"); item;
+                 item = item->NextSiblingElement("Item"))
+                enumeration.items.emplace_back(number(item, "value", needed(item, "value")),
+                                               needed(item, "name"));
+            if (!enumeration.items.empty()) d_.enumerations.push_back(std::move(enumeration));
         }
 }
 
@@ -167,6 +175,7 @@ void Reader::read_variable(const Element* e, const Element* its) {
             refuse(its, "'" + v.name + "' has the type '" + shown(name) + "', which is not defined" +
                             section("2.2.3", "2.4.4"));
         declared = found->second;
+        if (v.type == Type::enumeration) v.declared_type = name;
     }
     v.unit = text(its, "unit");
     v.minimum = number(its, "min");

@@ -120,6 +120,16 @@ with tempfile.TemporaryDirectory() as folder:
         assert declared["mode"] == declared["next"] != declared["level"] and declared["sum"] is None, declared
         assert simulated(fmu, "next", mode=1)[-1] == 0 and simulated(fmu, "next", mode=0)[-1] == 1
         assert simulated(fmu, "sum", level=7, n=35)[-1] == 42
+        # An enumeration without a 0 begins with its first value.
+        assert [float(v.start) for v in described.modelVariables if v.name in ("mode", "level")] == [0, -1]
+        assert simulated(fmu, "sum", n=35)[-1] == 34
+        with zipfile.ZipFile(fmu) as archive, zipfile.ZipFile(folder / "wrong.fmu", "w") as wrong:
+            for name in archive.namelist():
+                content = archive.read(name)
+                wrong.writestr(name, content.replace(b'start="-1"', b'start="3"') if name == "modelDescription.xml" else content)
+        text = subprocess.run([bf, "check-fmu", folder / "wrong.fmu", "--description-only"], capture_output=True, text=True,
+                              check=False).stderr
+        assert "'level' starts at 3, which its type 'type of level' has not" in text, text
         if version == 3:
             try:
                 simulated(fmu, "sum", level=2**32)

@@ -25,6 +25,7 @@ struct FmuVariable {
     FmuSetting setting;
     bool is_enumeration = false; ///< FMI 3.0 reads and writes these as integers of 64 bits
     std::uint64_t clocks = 0;    ///< bits: it has values while one of them is active; none: always
+    int start = 0;               ///< of an input whose enumeration has no 0
 };
 
 /// A periodic clock, in steps of the model.
@@ -121,6 +122,8 @@ class FmuVariables {
             const bool can_be_set =
                 its.table != bf_run_outputs && its.table != bf_run_signals && its.table < fmu_states;
             const FmuSetting setting = can_be_set ? its.setting : FmuSetting::none;
+            for (int e = 0; its.start != 0 && e < q.rows * q.cols; ++e)
+                write(q.data, Type(q.type), e, its.start);
             add({its.table, Type(q.type), q.rows, q.cols, q.rows * q.cols, setting,
                  static_cast<char*>(q.data), q.path, its.is_enumeration, its.clocks});
         }

@@ -114,8 +114,7 @@ struct Description {
     std::optional<Interface> co_simulation = {}, model_exchange = {};
     double start = 0;
     std::optional<double> stop = {}, step = {}; ///< s
-    std::vector<EnumerationType> enumerations =
-        {}; ///< written; where a description is read, they are not kept
+    std::vector<EnumerationType> enumerations = {};
     std::vector<Variable> variables = {};
     std::vector<Unknown> outputs = {}, derivatives = {}, initial_unknowns = {};
     std::vector<int> indicators = {}; ///< numbers of the variables that are event indicators, of FMI 3.0

@@ -77,7 +77,7 @@ class Program {
         process_ = 0;
         return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
     }
-    /// What it prints next; empty when it has ended, or says nothing for half a minute.
+    /// What it prints next; empty when it has ended, or says nothing for a minute.
     std::string line() {
         for (;;) {
             if (const auto newline = text_.find('\n'); newline != std::string::npos) {
@@ -87,7 +87,7 @@ class Program {
             }
             pollfd waits{out_, POLLIN, 0};
             char bytes[4096];
-            if (poll(&waits, 1, 30'000) != 1) return "";
+            if (poll(&waits, 1, 60'000) != 1) return "";
             const auto count = read(out_, bytes, sizeof bytes);
             if (count <= 0) return "";
             text_.append(bytes, static_cast<std::size_t>(count));

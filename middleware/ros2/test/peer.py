@@ -2,7 +2,7 @@
 
 peer.py echo TYPE TOPIC N            prints N messages, a line each
 peer.py latched TYPE TOPIC N         the same of a topic whose messages stay for those who come later
-peer.py send TYPE TOPIC HZ EXPR      sends what EXPR makes of m and k, the number of the message, until it is ended
+peer.py send TYPE TOPIC HZ EXPR [N]  keeps N messages on their way, and sends what EXPR makes of m and k, the number of the message, until it is ended
 peer.py effort NAMESPACE KP KD N     drives a served robot to 0 by efforts, a command for each of N states
 peer.py answer NAMESPACE N LATE      answers N states by efforts, each that comes, a fifth of them LATE s late
 peer.py path NAMESPACE JOINT X       sends a trajectory to X, and prints where the joint is until it is there
@@ -60,9 +60,9 @@ def latched(name, topic, count):
     echo(name, topic, count, QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL))
 
 
-def send(name, topic, rate, expression):
+def send(name, topic, rate, expression, depth="10"):
     its = type_of(name)
-    publisher = node.create_publisher(its, topic, QoSProfile(depth=10))
+    publisher = node.create_publisher(its, topic, QoSProfile(depth=int(depth)))
     say("ready")
     k = 0
     while True:

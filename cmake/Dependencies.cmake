@@ -88,7 +88,7 @@ if(BF_RCL)
     # The packages' own CMake files name folders of the computer where the wheels were made.
     file(GLOB includes ${BF_ROS2_PREFIX}/include/*)
     set(libraries rcl rcutils rmw rosidl_runtime_c)
-    foreach(package builtin_interfaces geometry_msgs rcl_interfaces rosgraph_msgs sensor_msgs std_msgs std_srvs trajectory_msgs)
+    foreach(package builtin_interfaces geometry_msgs lifecycle_msgs rcl_interfaces rosgraph_msgs sensor_msgs std_msgs std_srvs trajectory_msgs)
         list(APPEND libraries ${package}__rosidl_generator_c ${package}__rosidl_typesupport_c)
     endforeach()
     list(TRANSFORM libraries REPLACE "(.+)" "${BF_ROS2_LIBRARIES}/lib\\1.so")

@@ -26,6 +26,7 @@ void add_topics(Library& library);
 void add_calls(Library& library);
 void add_cameras(Library& library);
 void add_goals(Library& library);
+void add_lifecycle(Library& library);
 void add_transforms(Library& library);
 void add_network(Library& library);
 

@@ -152,4 +152,5 @@ extern "C" void bf_plugin_v1(bf::Library& library) {
     bf::ros2::add_goals(library);
     bf::ros2::add_cameras(library);
     bf::ros2::add_transforms(library);
+    bf::ros2::add_lifecycle(library);
 }

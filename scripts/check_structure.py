@@ -35,7 +35,7 @@ LIBRARIES = {
     "nlohmann-json": ("nlohmann/",),
     "Boost": ("boost/",),
     "YARP": ("yarp/",),
-    "ROS 1": ("ros/",),
+    "ROS 1": ("ros/", "xmlrpcpp/"),
     "ROS 2": ("rcl/", "rcutils/", "rosidl_", "builtin_interfaces/", "geometry_msgs/", "rosgraph_msgs/", "sensor_msgs/", "std_msgs/", "std_srvs/", "trajectory_msgs/"),
     "iDynTree": ("iDynTree/",),
     "GoogleTest": ("gtest/", "gmock/"),

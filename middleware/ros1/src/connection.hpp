@@ -47,5 +47,6 @@ struct RosConnection {
 void add_node(Library& library);
 void add_bag(Library& library);
 void add_topics(Library& library);
+void add_robot(Library& library);
 
 } // namespace bf::ros1

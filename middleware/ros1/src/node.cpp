@@ -1,7 +1,10 @@
 #include "node.hpp"
 
+#include "bf/core/interrupt.hpp"
+
 #include <arpa/inet.h>
 #include <cerrno>
+#include <chrono>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
@@ -12,45 +15,8 @@
 #include <ros/xmlrpc_manager.h>
 #include <stdexcept>
 #include <sys/socket.h>
-
-namespace bf::ros1 {
-
-/// A message as roscpp carries it, whose type it leaves to us.
-struct Raw {
-    std::vector<std::uint8_t> bytes;
-};
-
-} // namespace bf::ros1
-
-namespace ros {
-namespace message_traits {
-template <> struct MD5Sum<bf::ros1::Raw> {
-    static const char* value() { return "*"; }
-    static const char* value(const bf::ros1::Raw&) { return "*"; }
-};
-template <> struct DataType<bf::ros1::Raw> {
-    static const char* value() { return "*"; }
-    static const char* value(const bf::ros1::Raw&) { return "*"; }
-};
-template <> struct Definition<bf::ros1::Raw> {
-    static const char* value() { return ""; }
-    static const char* value(const bf::ros1::Raw&) { return ""; }
-};
-} // namespace message_traits
-namespace serialization {
-template <> struct Serializer<bf::ros1::Raw> {
-    template <class Stream> static void read(Stream& stream, bf::ros1::Raw& raw) {
-        raw.bytes.assign(stream.getData(), stream.getData() + stream.getLength());
-    }
-    template <class Stream> static void write(Stream& stream, const bf::ros1::Raw& raw) {
-        std::copy(raw.bytes.begin(), raw.bytes.end(), stream.advance(raw.bytes.size()));
-    }
-    static std::uint32_t serializedLength(const bf::ros1::Raw& raw) {
-        return static_cast<std::uint32_t>(raw.bytes.size());
-    }
-};
-} // namespace serialization
-} // namespace ros
+#include <thread>
+#include <xmlrpcpp/XmlRpc.h>
 
 namespace bf::ros1 {
 
@@ -64,10 +30,9 @@ std::shared_ptr<Session> Session::join(const NodeOptions& options) {
     static std::weak_ptr<Session> open;
     static std::unique_ptr<const NodeOptions> first;
     const std::lock_guard lock(mutex);
-    if (first && !(*first == options))
+    if (first && (first->name != options.name || first->remap != options.remap))
         throw std::runtime_error("a program is one node of ROS 1, and this one is '" + first->name +
-                                 "' in '" + first->name_space +
-                                 "'; give all nodes of the model the same arguments");
+                                 "'; give all nodes and robots of the model the same name and remap");
     if (auto its = open.lock()) return its;
     first = std::make_unique<const NodeOptions>(options);
     std::shared_ptr<Session> made(new Session(options));
@@ -75,7 +40,34 @@ std::shared_ptr<Session> Session::join(const NodeOptions& options) {
     return made;
 }
 
+std::vector<std::string> Session::problems_of(const std::vector<std::string>& remap) {
+    std::vector<std::string> problems;
+    for (const auto& rule : remap)
+        if (rule.find(":=") == std::string::npos)
+            problems.push_back("argument 'remap': '" + rule + "' is not given as from:=to");
+    return problems;
+}
+
 namespace {
+
+/// Does a master answer, within some seconds? roscpp itself waits for one that does not for ever.
+bool has_master() {
+    XmlRpc::XmlRpcClient client(ros::master::getHost().c_str(), static_cast<int>(ros::master::getPort()),
+                                "/");
+    XmlRpc::XmlRpcValue arguments, answer;
+    arguments[0] = ros::this_node::getName();
+    if (!client.executeNonBlock("getPid", arguments)) return false;
+    XmlRpc::XmlRpcDispatch dispatch;
+    dispatch.addSource(&client, XmlRpc::XmlRpcDispatch::WritableEvent | XmlRpc::XmlRpcDispatch::Exception);
+    bool is_done = false;
+    for (const double end = middleware::now() + 5;
+         !is_done && middleware::now() < end && !is_interrupted();) {
+        dispatch.work(0.02);
+        is_done = client.executeCheckDone(answer);
+    }
+    dispatch.removeSource(&client);
+    return is_done && !client.isFault() && answer.valid();
+}
 
 /// roscpp takes messages from this computer alone when it is told a name such as localhost, but its port for
 /// calls listens to all networks: that socket is tied to the loopback device.
@@ -101,7 +93,7 @@ Session::Session(const NodeOptions& options) {
     // What fails is told by exceptions.
     ros::console::set_logger_level(ROSCONSOLE_ROOT_LOGGER_NAME, ros::console::levels::Fatal);
     ros::console::notifyLoggerLevelsChanged();
-    ros::M_string arguments{{"__ns", options.name_space}};
+    ros::M_string arguments;
     for (const auto& rule : options.remap) {
         const auto at = rule.find(":=");
         arguments[rule.substr(0, at)] = rule.substr(at + 2);
@@ -114,7 +106,7 @@ Session::Session(const NodeOptions& options) {
     } catch (const ros::Exception& error) {
         throw std::runtime_error(std::string("ROS 1 refuses the node: ") + error.what());
     }
-    if (!ros::master::check())
+    if (!has_master())
         throw std::runtime_error("no master of ROS 1 answers at " + ros::master::getURI() +
                                  "; start roscore, or say by ROS_MASTER_URI where it is");
     ros::master::setRetryTimeout(ros::WallDuration(5)); // otherwise calls wait for a master that is gone
@@ -130,7 +122,11 @@ Session::~Session() { ros::shutdown(); }
 void Node::open() {
     if (handle_) return;
     session_ = Session::join(options_);
-    handle_ = std::make_unique<ros::NodeHandle>();
+    try {
+        handle_ = std::make_unique<ros::NodeHandle>(options_.name_space);
+    } catch (const ros::Exception& error) {
+        throw std::runtime_error("namespace '" + options_.name_space + "': " + error.what());
+    }
     handle_->setCallbackQueue(&queue_);
     queue_.enable();
     spinner_ = std::make_unique<ros::AsyncSpinner>(1, &queue_);
@@ -149,7 +145,13 @@ void Node::close() noexcept {
     session_.reset();
 }
 
-void Node::publish(const TopicOptions& topic, const std::shared_ptr<middleware::Outgoing>& end) {
+Publisher::~Publisher() {
+    constexpr double longest = 0.1; // s, of roscpp's thread
+    while (readers() > 0 && middleware::now() < last_ + longest)
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+}
+
+std::shared_ptr<Publisher> Node::advertise(const TopicOptions& topic) {
     ros::AdvertiseOptions options(topic.name, static_cast<std::uint32_t>(topic.depth), topic.type->md5(),
                                   topic.type->name(), topic.type->definition());
     options.latch = topic.is_kept;
@@ -162,60 +164,67 @@ void Node::publish(const TopicOptions& topic, const std::shared_ptr<middleware::
     if (!publisher)
         throw std::runtime_error("the master refuses the topic '" + topic.name +
                                  "'; look whether this program has it with another type");
-    end->publish = [publisher, type = topic.type, raw = Raw()](const void* message) mutable {
+    return std::make_shared<Publisher>(std::move(publisher));
+}
+
+void Node::publish(const TopicOptions& topic, const std::shared_ptr<middleware::Outgoing>& end) {
+    end->publish = [publisher = advertise(topic), type = topic.type,
+                    raw = Raw()](const void* message) mutable {
         raw.bytes.clear();
         type->encode(*static_cast<const Message*>(message), raw.bytes);
-        publisher.publish(raw);
+        publisher->publish(raw);
     };
     end->clock = [] { return ros::Time::now().toSec(); };
     end->bell = &outbox_.bell();
     outbox_.add(end);
 }
 
-namespace {
-
-/// In the node's thread.
-void receive(const ros::MessageEvent<const Raw>& event, const MessageType& type, Message& message,
-             LiveIncoming& end) {
-    const auto& header = event.getConnectionHeader();
-    const auto said = [&](const char* key) {
-        const auto found = header.find(key);
-        return found == header.end() ? std::string() : found->second;
+std::shared_ptr<void> Node::hear(const TopicOptions& topic, std::function<void(const Message&)> taken,
+                                 std::function<void(const std::string&)> refused) {
+    const auto receive = [message = std::static_pointer_cast<Message>(topic.type->make()), type = topic.type,
+                          taken = std::move(taken),
+                          refused = std::move(refused)](const ros::MessageEvent<const Raw>& event) {
+        const auto& header = event.getConnectionHeader();
+        const auto said = [&](const char* key) {
+            const auto found = header.find(key);
+            return found == header.end() ? std::string() : found->second;
+        };
+        if (said("md5sum") != type->md5())
+            return refused("'" + event.getPublisherName() + "' sends " + said("type") + " (" +
+                           said("md5sum") + "), not " + type->name() + " (" + type->md5() +
+                           "); correct argument 'type'");
+        try {
+            type->decode(event.getConstMessage()->bytes, *message);
+        } catch (const std::runtime_error& error) {
+            return refused("a message of '" + event.getPublisherName() + "' is no " + type->name() + ": " +
+                           error.what());
+        }
+        taken(*message);
     };
-    if (said("md5sum") != type.md5()) {
-        end.refuse("'" + event.getPublisherName() + "' sends " + said("type") + " (" + said("md5sum") +
-                   "), not " + type.name() + " (" + type.md5() + "); correct argument 'type'");
-        return;
-    }
+    ros::SubscribeOptions options;
+    options.initByFullCallbackType<const ros::MessageEvent<const Raw>&>(
+        topic.name, static_cast<std::uint32_t>(topic.depth), receive);
+    options.datatype = topic.type->name();
+    options.transport_hints.tcpNoDelay();
     try {
-        type.decode(event.getConstMessage()->bytes, message);
-        end.receive(&message);
-    } catch (const std::runtime_error& error) {
-        end.refuse("a message of '" + event.getPublisherName() + "' is no " + type.name() + ": " +
-                   error.what());
+        return std::make_shared<ros::Subscriber>(handle_->subscribe(options));
+    } catch (const ros::Exception& error) {
+        throw std::runtime_error("topic '" + topic.name + "': " + error.what());
     }
 }
-
-} // namespace
 
 std::shared_ptr<middleware::Incoming> Node::subscribe(const TopicOptions& topic, middleware::Wanted wanted) {
     auto end = std::make_shared<LiveIncoming>(std::move(wanted));
     // The thread keeps what it writes to, but not the subscription, which ends with the run.
     const std::weak_ptr<LiveIncoming> to = end;
-    const auto message = std::static_pointer_cast<Message>(topic.type->make());
-    ros::SubscribeOptions options;
-    options.initByFullCallbackType<const ros::MessageEvent<const Raw>&>(
-        topic.name, static_cast<std::uint32_t>(topic.depth),
-        [to, message, type = topic.type](const ros::MessageEvent<const Raw>& event) {
-            if (const auto still = to.lock()) receive(event, *type, *message, *still);
+    end->subscription = hear(
+        topic,
+        [to](const Message& message) {
+            if (const auto still = to.lock()) still->receive(&message);
+        },
+        [to](const std::string& why) {
+            if (const auto still = to.lock()) still->refuse(why);
         });
-    options.datatype = topic.type->name();
-    options.transport_hints.tcpNoDelay();
-    try {
-        end->subscription = std::make_shared<ros::Subscriber>(handle_->subscribe(options));
-    } catch (const ros::Exception& error) {
-        throw std::runtime_error("topic '" + topic.name + "': " + error.what());
-    }
     return end;
 }
 
@@ -226,9 +235,7 @@ namespace {
 class NodeBlock final : public Block {
   public:
     explicit NodeBlock(const Arguments& arguments) : Block(arguments) {
-        for (const auto& rule : *remap)
-            if (rule.find(":=") == std::string::npos)
-                problem("argument 'remap': '" + rule + "' is not given as from:=to");
+        for (auto& text : Session::problems_of(remap)) problem(std::move(text));
     }
     Argument<std::string> name{this, "name", {.initial = "blockfactory", .doc = "of the node"}};
     Argument<std::string> name_space{
@@ -237,7 +244,7 @@ class NodeBlock final : public Block {
         this, "remap", {.doc = "names that stand for others, each as from:=to"}};
     Provides<RosConnection> node{this, [this]() -> std::shared_ptr<const RosConnection> {
                                      return std::make_shared<RosConnection>(
-                                         RosConnection{[options = NodeOptions{name, name_space, remap}] {
+                                         RosConnection{[options = NodeOptions{name, remap, name_space}] {
                                              return std::make_shared<Node>(options);
                                          }});
                                  }};
@@ -254,8 +261,8 @@ void add_node(Library& library) {
         "A node of ROS 1 (roscpp), for Publish and Subscribe in its subsystem and below. Messages come in a "
         "thread of its own and are sent by another, and the newest counts. The master is that of "
         "ROS_MASTER_URI. The node sees programs of this computer alone, unless ROS_HOSTNAME or ROS_IP says "
-        "by what name others reach it. A program is one node. It has no ports. Errors: no master answers; "
-        "names that ROS 1 does not allow; two nodes with different arguments.");
+        "by what name others reach it. A program is one node, whatever namespaces its blocks have. It has no "
+        "ports. Errors: no master answers; names that ROS 1 does not allow; two nodes with different names.");
 }
 
 } // namespace bf::ros1

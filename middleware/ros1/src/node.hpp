@@ -2,6 +2,7 @@
 #pragma once
 
 #include "connection.hpp"
+#include "raw.hpp"
 
 #include <memory>
 #include <ros/callback_queue.h>
@@ -13,9 +14,9 @@ namespace bf::ros1 {
 
 /// How a program appears among others.
 struct NodeOptions {
-    std::string name = "blockfactory", name_space = "/";
+    std::string name = "blockfactory";
     std::vector<std::string> remap = {}; ///< each as from:=to
-    bool operator==(const NodeOptions&) const = default;
+    std::string name_space = "/";        ///< in which names are that do not begin with /
 };
 
 /// roscpp, from the first of those who share it to the last. Its name and what is remapped stay for as long
@@ -24,10 +25,29 @@ class Session {
   public:
     /// Throws std::runtime_error: no master answers, or this program is another node already.
     static std::shared_ptr<Session> join(const NodeOptions& options);
+    /// What is wrong with the rules of names.
+    static std::vector<std::string> problems_of(const std::vector<std::string>& remap);
     ~Session();
 
   private:
     explicit Session(const NodeOptions& options);
+};
+
+/// Sends to a topic, from any one thread that is no step.
+class Publisher {
+  public:
+    explicit Publisher(ros::Publisher end) : end_(std::move(end)) {}
+    /// roscpp sends in a thread of its own, which drops what is left when the end goes: that waits for it.
+    ~Publisher();
+    void publish(const Raw& message) {
+        end_.publish(message);
+        last_ = middleware::now();
+    }
+    int readers() const { return static_cast<int>(end_.getNumSubscribers()); }
+
+  private:
+    ros::Publisher end_;
+    double last_ = 0; ///< when something was sent, s
 };
 
 /// A node in a running diagram. Messages come in a thread of its own and are sent by another.
@@ -41,6 +61,12 @@ class Node final : public Connection {
     std::shared_ptr<middleware::Incoming> subscribe(const TopicOptions& topic,
                                                     middleware::Wanted wanted) override;
     bool can_save() const override { return false; }
+
+    /// Calls `taken` in the node's thread for each message, or `refused` with what is wrong with it, as long
+    /// as somebody has what is returned.
+    std::shared_ptr<void> hear(const TopicOptions& topic, std::function<void(const Message&)> taken,
+                               std::function<void(const std::string&)> refused);
+    std::shared_ptr<Publisher> advertise(const TopicOptions& topic);
 
   private:
     const NodeOptions options_;

@@ -350,6 +350,11 @@ std::shared_ptr<void> MessageType::make() const {
     return message;
 }
 
+const Message::Value& MessageType::value(const Message& message, const std::string& path) const {
+    const auto found = std::ranges::find(fields_, path, [](const auto& field) { return field->path; });
+    return message.values[static_cast<std::size_t>(found - fields_.begin())];
+}
+
 void MessageType::decode(Bytes bytes, Message& message) const {
     Front front(bytes);
     for (const auto& part : parts_) {
@@ -377,6 +382,16 @@ void MessageType::decode(Bytes bytes, Message& message) const {
     if (!front.rest().empty())
         throw std::runtime_error("it has " + std::to_string(front.rest().size()) +
                                  " bytes behind its last field");
+}
+
+std::vector<std::string> texts_of(const Message::Value& value) {
+    std::vector<std::string> texts;
+    Front front(value.bytes);
+    for (std::size_t i = 0; i < value.count; ++i) {
+        const Bytes text = front.take(front.count(1));
+        texts.emplace_back(text.begin(), text.end());
+    }
+    return texts;
 }
 
 void MessageType::encode(const Message& message, std::vector<std::uint8_t>& bytes) const {

@@ -41,6 +41,8 @@ class MessageType final : public middleware::MessageType {
     const std::string& md5() const { return md5_; }
     std::shared_ptr<void> make() const override;
 
+    /// What a message has in a field of this type.
+    const Message::Value& value(const Message& message, const std::string& path) const;
     /// Takes a message apart, whose bytes are to stay. Throws std::runtime_error: it is not of this type.
     void decode(Bytes bytes, Message& message) const;
     /// Puts it together, behind what `bytes` has. Throws std::bad_alloc.
@@ -60,5 +62,8 @@ class MessageType final : public middleware::MessageType {
     std::vector<recording::RosType> types_;
     std::vector<Part> parts_;
 };
+
+/// Those of a field of any number of texts.
+std::vector<std::string> texts_of(const Message::Value& value);
 
 } // namespace bf::ros1

@@ -2,8 +2,10 @@
 #pragma once
 
 #include "program.hpp"
+#include "running.hpp"
 
 #include <arpa/inet.h>
+#include <functional>
 #include <gtest/gtest.h>
 #include <memory>
 #include <netinet/in.h>
@@ -25,16 +27,20 @@ struct Socket {
         its.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
         return its;
     }
+    int port() const {
+        sockaddr_in its{};
+        socklen_t size = sizeof its;
+        getsockname(number, reinterpret_cast<sockaddr*>(&its), &size);
+        return ntohs(its.sin_port);
+    }
     const int number = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
 };
 
 inline int free_port() {
     const Socket any;
-    auto address = any.address(0);
-    socklen_t size = sizeof address;
-    if (bind(any.number, reinterpret_cast<sockaddr*>(&address), size) != 0) return 0;
-    getsockname(any.number, reinterpret_cast<sockaddr*>(&address), &size);
-    return ntohs(address.sin_port);
+    const auto address = any.address(0);
+    return bind(any.number, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0 ? any.port()
+                                                                                              : 0;
 }
 
 inline bool answers(int port) {
@@ -56,6 +62,15 @@ class Peer : public Program {
         return words;
     }
 };
+
+/// Steps until it is so; false: it never was.
+inline bool steps_until(toolbox::test::Running& run, const std::function<bool()>& is_so) {
+    for (int k = 0; k < 5000; ++k, usleep(1000)) {
+        if (!run.step()) return false;
+        if (is_so()) return true;
+    }
+    return false;
+}
 
 /// What tests derive from that need a master, of which there is one for all: roscpp asks once where it is.
 class WithMaster : public ::testing::Test {

@@ -5,6 +5,8 @@ peer.py send TYPE TOPIC HZ EXPR      sends what EXPR makes of m and k, the numbe
 peer.py bag FILE COMPRESSION EXPR    writes a bag: EXPR calls write(topic, type, t, assignments to m)
 peer.py index FILE                   prints what rosbag's own reader has: topic, time in ns, message
 peer.py md5 TYPE...                  prints the md5 of the types, a line each
+peer.py robot NAMESPACE JOINT...     is a robot: integrates commands of efforts (as accelerations) and velocities, takes positions
+                                     and ways at once, tells its joints in the other order; prints "let go" at zeros after others
 """
 
 import importlib
@@ -73,6 +75,61 @@ def index(path):
 def md5(*names):
     for name in names:
         say(type_of(name)._md5sum)
+
+
+def robot(namespace, *joints):
+    from geometry_msgs.msg import WrenchStamped
+    from sensor_msgs.msg import Imu, JointState
+    from std_msgs.msg import Float64MultiArray
+    from trajectory_msgs.msg import JointTrajectory
+
+    rospy.init_node("robot", anonymous=True)
+    n, dt = len(joints), 0.002
+    s, v, effort = [0.0] * n, [0.0] * n, [0.0] * n
+    was_driven = [False]
+
+    def take(kind, values):
+        if kind != "position" and not any(values) and was_driven[0]:
+            say("let go")
+        was_driven[0] = any(values)
+        if kind == "effort":
+            effort[:] = values
+        elif kind == "velocity":
+            v[:], effort[:] = values, [0.0] * n
+        else:
+            s[:], v[:], effort[:] = values, [0.0] * n, [0.0] * n
+
+    for kind in ("effort", "velocity", "position"):
+        rospy.Subscriber(f"{namespace}/{kind}_controller/command", Float64MultiArray, lambda m, kind=kind: take(kind, m.data))
+
+    def follow(message):
+        point = message.points[0]
+        assert len(message.points) == 1 and tuple(message.joint_names) == joints, message
+        say("way", point.time_from_start.to_sec())
+        s[:], v[:] = point.positions, [0.0] * n
+
+    rospy.Subscriber(f"{namespace}/joint_trajectory_controller/command", JointTrajectory, follow)
+    states = rospy.Publisher(f"{namespace}/joint_states", JointState, queue_size=1)
+    wrench = rospy.Publisher(f"{namespace}/foot", WrenchStamped, queue_size=1)
+    imu = rospy.Publisher(f"{namespace}/imu", Imu, queue_size=1)
+    say("ready")
+    k = 0
+    while True:
+        for i in range(n):
+            v[i] += effort[i] * dt
+            s[i] += v[i] * dt
+        m = JointState(name=joints[::-1], position=s[::-1], velocity=v[::-1], effort=effort[::-1])
+        m.header.stamp = rospy.Time(k // 500, k % 500 * 2_000_000)
+        states.publish(m)
+        w = WrenchStamped()
+        w.wrench.force.z, w.wrench.torque.x = 300.0, 2.0
+        wrench.publish(w)
+        a = Imu()
+        a.orientation.z, a.orientation.w = 0.5**0.5, 0.5**0.5
+        a.linear_acceleration.z, a.angular_velocity.y = 9.81, -1.0
+        imu.publish(a)
+        k += 1
+        time.sleep(dt)
 
 
 globals()[sys.argv[1]](*sys.argv[2:])

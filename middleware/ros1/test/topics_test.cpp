@@ -25,15 +25,6 @@ std::string subscribe(const std::string& settings) {
     return "  s: {block: Ros1/Subscribe" + settings + "}\n";
 }
 
-/// Steps until it is so; false: it never was.
-bool steps_until(Running& run, const std::function<bool()>& is_so) {
-    for (int k = 0; k < 5000; ++k, usleep(1000)) {
-        if (!run.step()) return false;
-        if (is_so()) return true;
-    }
-    return false;
-}
-
 } // namespace
 
 using Ros1Topics = WithMaster;
@@ -171,10 +162,9 @@ TEST_F(Ros1Topics, RefuseWhatTheMessagesCannotBe) {
                     "s: no message of 'nobody' came within 0.1 s; start who sends it");
     expect_contains(refusal(model("", "", "", "Node, remap: \"{'a'}\"")),
                     "argument 'remap': 'a' is not given as from:=to");
-    expect_contains(
-        refusal(model("", "", "", "Node, name: other")),
-        "a program is one node of ROS 1, and this one is 'blockfactory' in '/'; give all nodes of "
-        "the model the same arguments");
+    expect_contains(refusal(model("", "", "", "Node, name: other")),
+                    "a program is one node of ROS 1, and this one is 'blockfactory'; give all nodes and "
+                    "robots of the model the same name and remap");
     expect_contains(refusal("model: m\nplugins: [Ros1]\nstep: 0.01\nblocks:\n" + subscribe("")),
                     "ROS 1 node");
 }
@@ -226,6 +216,28 @@ TEST_F(Ros1Topics, BeginAndEndManyTimes) {
             << run.simulation.failure();
         EXPECT_EQ(run.scalar("s.data"), k);
         run.simulation.stop();
+    }
+}
+
+TEST(Ros1Node, SaysThatNoMasterAnswers) {
+    const Folder folder;
+    const auto file = folder.write("m.yaml", model(publish("")));
+    Socket stalls; // it takes calls, and answers none
+    const auto address = stalls.address(0);
+    ASSERT_EQ(bind(stalls.number, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+    ASSERT_EQ(listen(stalls.number, 5), 0);
+    for (const int port : {free_port(), stalls.port()}) {
+        const std::string uri = "http://127.0.0.1:" + std::to_string(port);
+        const auto command = "ROS_MASTER_URI=" + uri +
+                             " BLOCKFACTORY_PLUGIN_PATH='" BF_PLUGIN_DIRECTORY "' '" BF_PROGRAM "' run '" +
+                             file + "' --stop 0.1 2>&1 >/dev/null";
+        FILE* program = popen(command.c_str(), "r");
+        ASSERT_NE(program, nullptr);
+        char text[1000] = "";
+        const auto size = fread(text, 1, sizeof text - 1, program);
+        EXPECT_NE(pclose(program), 0);
+        expect_contains({text, size}, "node: no master of ROS 1 answers at " + uri +
+                                          "; start roscore, or say by ROS_MASTER_URI where it is");
     }
 }
 

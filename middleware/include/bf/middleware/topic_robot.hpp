@@ -1,0 +1,74 @@
+// Robots behind joint states and topics of commands, as ROS has them.
+#pragma once
+
+#include "bf/middleware/threaded_robot.hpp"
+
+#include <Eigen/Core>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace bf::middleware {
+
+/// A message of joint states. What it does not tell of all of its joints is of another size.
+struct JointStates {
+    const std::vector<std::string>& names;
+    std::span<const double> position, velocity, effort;
+    double stamp; ///< of its header, s
+};
+
+/// A topic that a robot's controller listens to.
+class CommandTopic {
+  public:
+    virtual ~CommandTopic() = default;
+    virtual int readers() const noexcept = 0;
+    /// Values of all joints; `duration` says how long the way to them takes, where the topic takes ways, s.
+    virtual void send(std::span<const double> values, double duration) noexcept = 0;
+};
+
+/// The topics of a robot, by its middleware, which calls what it is given in a thread of its own. What is
+/// heard ends with what it returns. Throws std::runtime_error. It is not for steps.
+class RobotTopics {
+  public:
+    virtual ~RobotTopics() = default;
+    virtual void open() = 0;
+    virtual void close() noexcept = 0;
+    virtual std::shared_ptr<void> hear_states(const std::string& topic,
+                                              std::function<void(const JointStates&)> taken) = 0;
+    /// Force and torque.
+    virtual std::shared_ptr<void> hear_wrenches(
+        const std::string& topic, std::function<void(const Eigen::Matrix<double, 6, 1>&)> taken) = 0;
+    /// Orientation x y z w, linear acceleration, angular velocity.
+    virtual std::shared_ptr<void> hear_imu(
+        const std::string& topic, std::function<void(const Eigen::Matrix<double, 10, 1>&)> taken) = 0;
+    virtual std::unique_ptr<CommandTopic> commands(const std::string& topic) = 0;
+    virtual std::unique_ptr<CommandTopic> ways(const std::string& topic,
+                                               const std::vector<std::string>& joints) = 0;
+    /// Why what came is not taken, such as who sends another type; empty: nothing is wrong.
+    virtual std::string refusal() const = 0;
+};
+
+/// What controllers listen to; empty: there is none.
+struct RobotCommandTopics {
+    std::string effort, velocity, position, trajectory;
+};
+
+struct TopicRobotOptions {
+    std::string kind;                ///< how messages begin, such as "ROS 1 robot"
+    std::vector<std::string> joints; ///< in the order of the diagram
+    std::string states;              ///< topic of the joint states
+    RobotCommandTopics commands;
+    std::vector<std::string> wrenches, imus; ///< "sensor=topic" each
+    bool is_clock;                           ///< the robot's time is that of its messages
+    double start_timeout;                    ///< s
+};
+
+/// A driver whose calls wait. Nothing is opened yet.
+WaitingDriver make_topic_robot(std::unique_ptr<RobotTopics> topics, const TopicRobotOptions& options);
+
+/// Numbers of the toolbox's inertial sensors: R = R_z(yaw) R_y(pitch) R_x(roll), from x y z w.
+Eigen::Vector3d roll_pitch_yaw(const Eigen::Vector4d& quaternion);
+
+} // namespace bf::middleware

@@ -1,0 +1,213 @@
+// A robot behind joint states and the topics of ros_control's controllers.
+#include "bf/middleware/topic_robot.hpp"
+#include "node.hpp"
+
+#include <cstring>
+#include <mutex>
+#include <stdexcept>
+
+namespace bf::ros1 {
+
+namespace {
+
+using middleware::JointStates;
+
+/// A message whose fields are set by their paths, and sent.
+class Outlet final : public middleware::CommandTopic {
+  public:
+    Outlet(Node& node, const std::string& topic, const char* type,
+           const std::vector<std::string>& joints = {})
+        : type_(MessageType::find(type)), message_(std::static_pointer_cast<Message>(type_->make())),
+          publisher_(node.advertise({topic, type_, 1})) {
+        if (joints.empty()) return;
+        point_type_ = MessageType::find("trajectory_msgs/JointTrajectoryPoint");
+        point_ = std::static_pointer_cast<Message>(point_type_->make());
+        type_->field("joint_names")->write(message_.get(), joints);
+    }
+    int readers() const noexcept override { return publisher_->readers(); }
+    void send(std::span<const double> values, double duration) noexcept override {
+        raw_.bytes.clear();
+        if (!point_) {
+            type_->field("data")->write(message_.get(), values.data(), values.size());
+            type_->encode(*message_, raw_.bytes);
+        } else { // a way of one point; the list of points is last
+            point_type_->field("positions")->write(point_.get(), values.data(), values.size());
+            point_type_->field("time_from_start")->write(point_.get(), &duration, 1);
+            type_->encode(*message_, raw_.bytes);
+            constexpr std::uint32_t one = 1;
+            std::memcpy(raw_.bytes.data() + raw_.bytes.size() - sizeof one, &one, sizeof one);
+            point_type_->encode(*point_, raw_.bytes);
+        }
+        publisher_->publish(raw_);
+    }
+
+  private:
+    std::shared_ptr<const MessageType> type_, point_type_;
+    std::shared_ptr<Message> message_, point_;
+    std::shared_ptr<Publisher> publisher_;
+    Raw raw_;
+};
+
+class Topics final : public middleware::RobotTopics {
+  public:
+    explicit Topics(NodeOptions options) : node_(std::move(options)) {}
+    void open() override { node_.open(); }
+    void close() noexcept override { node_.close(); }
+    std::string refusal() const override {
+        const std::lock_guard lock(mutex_);
+        return refusal_;
+    }
+
+    std::shared_ptr<void> hear_states(const std::string& topic,
+                                      std::function<void(const JointStates&)> taken) override {
+        return hear(topic, "sensor_msgs/JointState",
+                    [taken = std::move(taken)](const MessageType& type, const Message& message) {
+                        const auto names = texts_of(type.value(message, "name"));
+                        const auto position = numbers(type, message, "position"),
+                                   velocity = numbers(type, message, "velocity"),
+                                   effort = numbers(type, message, "effort"),
+                                   stamp = numbers(type, message, "header.stamp");
+                        taken({names, position, velocity, effort, stamp[0]});
+                    });
+    }
+    std::shared_ptr<void> hear_wrenches(
+        const std::string& topic, std::function<void(const Eigen::Matrix<double, 6, 1>&)> taken) override {
+        return hear(topic, "geometry_msgs/WrenchStamped",
+                    [taken = std::move(taken)](const MessageType& type, const Message& message) {
+                        Eigen::Matrix<double, 6, 1> wrench;
+                        type.field("wrench.force")->read(&message, wrench.data(), 3);
+                        type.field("wrench.torque")->read(&message, wrench.data() + 3, 3);
+                        taken(wrench);
+                    });
+    }
+    std::shared_ptr<void> hear_imu(const std::string& topic,
+                                   std::function<void(const Eigen::Matrix<double, 10, 1>&)> taken) override {
+        return hear(topic, "sensor_msgs/Imu",
+                    [taken = std::move(taken)](const MessageType& type, const Message& message) {
+                        Eigen::Matrix<double, 10, 1> imu;
+                        type.field("orientation")->read(&message, imu.data(), 4);
+                        type.field("linear_acceleration")->read(&message, imu.data() + 4, 3);
+                        type.field("angular_velocity")->read(&message, imu.data() + 7, 3);
+                        taken(imu);
+                    });
+    }
+    std::unique_ptr<middleware::CommandTopic> commands(const std::string& topic) override {
+        return std::make_unique<Outlet>(node_, topic, "std_msgs/Float64MultiArray");
+    }
+    std::unique_ptr<middleware::CommandTopic> ways(const std::string& topic,
+                                                   const std::vector<std::string>& joints) override {
+        return std::make_unique<Outlet>(node_, topic, "trajectory_msgs/JointTrajectory", joints);
+    }
+
+  private:
+    std::shared_ptr<void> hear(const std::string& topic, const char* name,
+                               std::function<void(const MessageType&, const Message&)> taken) {
+        const auto type = MessageType::find(name);
+        return node_.hear(
+            {topic, type, 1},
+            [type, taken = std::move(taken)](const Message& message) { taken(*type, message); },
+            [this](const std::string& why) {
+                const std::lock_guard lock(mutex_);
+                refusal_ = why;
+            });
+    }
+    static std::vector<double> numbers(const MessageType& type, const Message& message, const char* path) {
+        const Field& field = *type.field(path);
+        std::vector<double> all(field.length(&message));
+        field.read(&message, all.data(), all.size());
+        return all;
+    }
+
+    Node node_;
+    mutable std::mutex mutex_;
+    std::string refusal_;
+};
+
+class RobotBlock final : public middleware::RemoteRobot {
+  public:
+    explicit RobotBlock(const Arguments& arguments) : RemoteRobot(arguments) {
+        for (const auto* list : {&*wrenches, &*imus})
+            for (const auto& sensor : *list)
+                if (sensor.find('=') == std::string::npos)
+                    problem("the sensor '" + sensor + "' is not given as name=topic");
+        for (auto& text : Session::problems_of(remap)) problem(std::move(text));
+    }
+    Argument<std::string> name_space{
+        this,
+        "namespace",
+        {.initial = "/", .doc = "of the robot, in which names are that do not begin with /"}};
+    Argument<std::string> node{this, "node", {.initial = "blockfactory", .doc = "name of our node"}};
+    Argument<std::vector<std::string>> remap{
+        this, "remap", {.doc = "names that stand for others, each as from:=to"}};
+    Argument<bool> use_stamps{this,
+                              "use_stamps",
+                              {.initial = false,
+                               .doc = "the robot's time is that of its states' headers, as of a simulator, "
+                                      "which then drives the loop"}};
+    Argument<std::string> states{
+        this, "states", {.initial = "joint_states", .doc = "topic of sensor_msgs/JointState"}};
+    Argument<std::string> effort{this,
+                                 "effort",
+                                 {.initial = "effort_controller/command",
+                                  .doc = "topic of the mode Torque: std_msgs/Float64MultiArray, as an "
+                                         "effort controller takes it; empty: there is none"}};
+    Argument<std::string> velocity{
+        this,
+        "velocity",
+        {.initial = "velocity_controller/command", .doc = "of the mode Velocity, the same"}};
+    Argument<std::string> position{
+        this,
+        "position",
+        {.initial = "position_controller/command", .doc = "of the mode Position Direct, the same"}};
+    Argument<std::string> trajectory{
+        this,
+        "trajectory",
+        {.initial = "joint_trajectory_controller/command",
+         .doc = "of the mode Position: trajectory_msgs/JointTrajectory; empty: there is none"}};
+    Argument<std::vector<std::string>> wrenches{
+        this, "wrenches", {.doc = "force/torque sensors, each as name=topic of geometry_msgs/WrenchStamped"}};
+    Argument<std::vector<std::string>> imus{
+        this, "imus", {.doc = "inertial sensors, each as name=topic of sensor_msgs/Imu"}};
+    Argument<double> interval{
+        this,
+        "interval",
+        {.initial = 0.001, .above = 0, .maximum = 1, .doc = "between two looks at what came, s"}};
+    Argument<double> silence{
+        this,
+        "silence",
+        {.initial = 0.2, .minimum = 0, .doc = "without a step until the joints are taken back, s; 0: never"}};
+
+  private:
+    std::unique_ptr<middleware::RobotLink> make_link() const override {
+        return middleware::make_threaded_link(
+            "ROS 1 robot in the namespace " + *name_space,
+            middleware::make_topic_robot(std::make_unique<Topics>(NodeOptions{node, remap, name_space}),
+                                         {.kind = "ROS 1 robot",
+                                          .joints = joint_names(),
+                                          .states = states,
+                                          .commands = {effort, velocity, position, trajectory},
+                                          .wrenches = wrenches,
+                                          .imus = imus,
+                                          .is_clock = use_stamps,
+                                          .start_timeout = start_timeout}),
+            interval, silence);
+    }
+};
+
+} // namespace
+
+void add_robot(Library& library) {
+    library.group("robot").add<RobotBlock>(
+        "Robot",
+        "A robot behind joint states and the topics of ros_control's controllers, in place of a world: the "
+        "robot that GetMeasurement, GetSensor and SetReferences in its subsystem and below use. Positions, "
+        "velocities and efforts are those of the joints that the messages name, in any order, of one program "
+        "or several; the age is that of the oldest. Command messages have the joints in the order of "
+        "`joints`, which the controllers are to have, too. A thread of its own reads, and sends what was "
+        "commanded; when the run ends, or has not stepped for `silence` s, it sends zero efforts and "
+        "velocities, and positions stay. Limits are not known. "
+        "Errors: no master; no states, or not of all joints, within start_timeout; in a step: the mode is "
+        "refused where nobody listens to its topic; those of SharedMemory/Robot.");
+}
+
+} // namespace bf::ros1

@@ -1,0 +1,104 @@
+// A robot behind topics, which is a program of rospy.
+#include "heap.hpp"
+#include "master.hpp"
+#include "running.hpp"
+
+#include <functional>
+
+namespace bf::ros1::test {
+namespace {
+
+using toolbox::test::expect_contains;
+using toolbox::test::refusal;
+using toolbox::test::Running;
+
+using Ros1Robot = WithMaster;
+
+std::string driving(const std::string& settings, const std::string& blocks = "",
+                    const std::string& connections = "") {
+    return "model: m\nplugins: [Ros1, WholeBodyToolbox]\nstep: 0.005\nblocks:\n  world: {block: Ros1/Robot, "
+           "period: 0.005, joints: \"{'hip', 'knee'}\"" +
+           std::string(settings.find("start_timeout") == std::string::npos ? ", start_timeout: 20" : "") +
+           settings + "}\n" + blocks + (connections.empty() ? "" : "connections:\n" + connections);
+}
+std::string references(const std::string& mode, double hip, double knee) {
+    return "  c: {block: Constant, value: [" + std::to_string(hip) + " " + std::to_string(knee) +
+           "]}\n  drive: {block: WholeBodyToolbox/SetReferences, control_type: " + mode + "}\n";
+}
+} // namespace
+
+TEST_F(Ros1Robot, IsDrivenInEachModeAndLetGo) {
+    Peer peer({"robot", "/icub", "hip", "knee"});
+    ASSERT_EQ(peer.line(), "ready");
+    for (const auto& [mode, hip, knee] :
+         std::vector<std::tuple<std::string, double, double>>{{"Torque", 0.5, -0.25},
+                                                              {"Velocity", 0.5, -0.25},
+                                                              {"Position Direct", 0.5, -0.25},
+                                                              {"Position", 0.1, 0}}) {
+        Running run(driving(", namespace: /icub", references(mode, hip, knee), "  c: drive\n"));
+        const Eigen::Vector2d wanted(hip, knee);
+        const auto is_there = [&, mode = mode] {
+            const Matrix s = run.get("world.s"), s_dot = run.get("world.s_dot");
+            if (mode == "Torque") return s_dot(0) > 0.2 && s_dot(1) < -0.1;
+            return ((mode == "Velocity" ? s_dot : s) - Matrix(wanted)).norm() < 1e-9;
+        };
+        ASSERT_TRUE(steps_until(run, is_there)) << mode << ": " << run.simulation.failure();
+        EXPECT_LT(run.scalar("world.age"), 1);
+        run.simulation.stop();
+        if (mode == "Torque" || mode == "Velocity") {
+            EXPECT_EQ(peer.line(), "let go") << mode;
+        }
+    }
+    EXPECT_EQ(peer.line(), "way 2.291831181") << "0.4 rad at 10 degrees per second";
+}
+
+TEST_F(Ros1Robot, HasSensorsAndItsOwnTime) {
+    Peer peer({"robot", "/lab", "hip", "knee"});
+    ASSERT_EQ(peer.line(), "ready");
+    Running run(
+        driving(", namespace: /lab, use_stamps: true, wrenches: \"{'foot=foot'}\", imus: \"{'base=imu'}\"",
+                "  foot: {block: WholeBodyToolbox/GetSensor, kind: wrench, sensor: foot}\n"
+                "  imu: {block: WholeBodyToolbox/GetSensor, kind: imu, sensor: base}\n"));
+    ASSERT_TRUE(steps_until(run, [&] { return run.get("foot")(2) != 0 && run.get("imu")(2) != 0; }))
+        << run.simulation.failure();
+    EXPECT_EQ(run.get("foot"), Matrix((Eigen::VectorXd(6) << 0, 0, 300, 2, 0, 0).finished()));
+    const Matrix imu = run.get("imu");
+    EXPECT_NEAR(imu(2), M_PI / 2, 1e-12) << "yaw";
+    EXPECT_EQ(imu(5), 9.81);
+    EXPECT_EQ(imu(7), -1);
+    EXPECT_NEAR(std::remainder(run.scalar("world.time"), 0.002), 0, 1e-9) << "that of the headers";
+}
+
+TEST_F(Ros1Robot, CostsTheStepNoHeap) {
+    Peer peer({"robot", "/quick", "hip", "knee"});
+    ASSERT_EQ(peer.line(), "ready");
+    Running run(driving(", namespace: /quick", references("Velocity", 0.1, 0.1), "  c: drive\n"));
+    for (int k = 0; k < 20; ++k) {
+        ASSERT_TRUE(run.step()) << run.simulation.failure();
+    }
+    const long before = bf::test::heap_calls();
+    for (int k = 0; k < 100; ++k) {
+        ASSERT_TRUE(run.step()) << run.simulation.failure();
+    }
+    EXPECT_EQ(bf::test::heap_calls(), before);
+    peer.end();
+    EXPECT_FALSE(steps_until(run, [] { return false; }));
+    expect_contains(run.simulation.failure(), "ROS 1 robot in the namespace /quick");
+}
+
+TEST_F(Ros1Robot, IsRefusedWhereItIsNotThereOrAnother) {
+    expect_contains(refusal(driving(", start_timeout: 3, namespace: /nobody")),
+                    "no message came on the topic 'joint_states' within 2.4 s; start the robot, or correct "
+                    "namespace and states");
+    Peer peer({"robot", "/small", "hip"});
+    ASSERT_EQ(peer.line(), "ready");
+    expect_contains(refusal(driving(", start_timeout: 3, namespace: /small")),
+                    "the topic 'joint_states' tells nothing of knee within 2.4 s; it has hip");
+    Peer other({"send", "std_msgs/String", "/other/joint_states", "100", "m.data='x'"});
+    ASSERT_EQ(other.line(), "ready");
+    expect_contains(refusal(driving(", start_timeout: 3, namespace: /other")),
+                    "sends std_msgs/String (992ce8a1687cec8c8bd883ec73ca41d1), not sensor_msgs/JointState");
+    expect_contains(refusal(driving(", imus: \"{'a'}\"")), "the sensor 'a' is not given as name=topic");
+}
+
+} // namespace bf::ros1::test

@@ -207,10 +207,14 @@ TEST(Killed, AFolderThatMayNotBeWrittenKeepsTheFileAndTakesItLater) {
         file, "Permission denied",
         [&] {
             fs::permissions(folder, fs::perms(0555));
-            if (is_root) ASSERT_EQ(::seteuid(nobody), 0);
+            if (is_root) {
+                ASSERT_EQ(::seteuid(nobody), 0);
+            }
         },
         [&] {
-            if (is_root) ASSERT_EQ(::seteuid(0), 0);
+            if (is_root) {
+                ASSERT_EQ(::seteuid(0), 0);
+            }
             fs::permissions(folder, fs::perms(0755));
         });
 }

@@ -178,7 +178,7 @@ void NestedChart::add_state(const std::string& inside, const std::string& name) 
 }
 
 void NestedChart::rename_state(const std::string& path, const std::string& name) {
-    const auto [around, old] = split_last(path);
+    const std::string around = split_last(path).first, old = split_last(path).second;
     state_at(path);
     const std::string renamed = joined(around, name);
     if (find(renamed)) throw Refusal{"there is a state '" + name + "' already", "use another name"};

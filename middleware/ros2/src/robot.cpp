@@ -131,8 +131,10 @@ class Robot final : public toolbox::RobotConnection {
         wait_for_all(end);
         // Who listens is known a little later than what was said, and where messages are lost seconds later.
         const auto is_heard = [](const auto& each) { return each.second.end->readers() > 0; };
-        wait_until(middleware::now() + 3, [&] { return std::ranges::any_of(publishers_, is_heard); });
-        wait_until(middleware::now() + 0.3, [&] { return std::ranges::all_of(publishers_, is_heard); });
+        wait_until(std::min(end, middleware::now() + 3),
+                   [&] { return std::ranges::any_of(publishers_, is_heard); });
+        wait_until(std::min(end, middleware::now() + 0.3),
+                   [&] { return std::ranges::all_of(publishers_, is_heard); });
         if (options_.step_size > 0) halt(end);
     }
     void stop() noexcept override {

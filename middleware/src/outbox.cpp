@@ -50,7 +50,9 @@ void Outbox::run() {
         const auto has_news = [&] {
             return std::any_of(all.begin(), all.end(), [](const auto& each) { return each->has_news(); });
         };
-        if (!is_last) bell_.wait(0.05, [&] { return has_news() || !goes_on_; });
+        if (!is_last)
+            bell_.wait(
+                0.05, [&] { return has_news() || !goes_on_; }, 0);
         for (const auto& each : all)
             if (each->has_news()) each->send();
     }

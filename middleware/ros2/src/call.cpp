@@ -1,8 +1,9 @@
 // Calls of services of any type that this machine has.
 #include "bf/middleware/clock.hpp"
 #include "bf/middleware/exchange.hpp"
+#include "bf/middleware/topics.hpp"
 #include "blocks.hpp"
-#include "fields.hpp"
+#include "types.hpp"
 
 #include <algorithm>
 #include <atomic>
@@ -11,6 +12,8 @@
 namespace bf::ros2 {
 
 namespace {
+
+using middleware::Opened;
 
 using middleware::ExchangeBuffer;
 

@@ -1,9 +1,10 @@
 // Pictures of cameras as messages: images, depths and clouds of points.
 #include "bf/middleware/clock.hpp"
 #include "bf/middleware/exchange.hpp"
+#include "bf/middleware/topics.hpp"
 #include "blocks.hpp"
-#include "fields.hpp"
 #include "messages.hpp"
+#include "types.hpp"
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -22,6 +23,8 @@
 namespace bf::ros2 {
 
 namespace {
+
+using middleware::Opened;
 
 using CameraInfo = sensor_msgs__msg__CameraInfo;
 using Cloud = sensor_msgs__msg__PointCloud2;

@@ -1,8 +1,9 @@
 // Goals of actions of any type that this machine has.
 #include "bf/middleware/clock.hpp"
 #include "bf/middleware/exchange.hpp"
+#include "bf/middleware/topics.hpp"
 #include "blocks.hpp"
-#include "fields.hpp"
+#include "types.hpp"
 
 #include <action_msgs/msg/goal_status_array.h>
 #include <action_msgs/srv/cancel_goal.h>
@@ -17,6 +18,8 @@
 namespace bf::ros2 {
 
 namespace {
+
+using middleware::Opened;
 
 using middleware::ExchangeBuffer;
 using Id = std::array<std::uint8_t, 16>;

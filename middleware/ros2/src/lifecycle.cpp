@@ -1,7 +1,8 @@
 // The node as a managed one, whose state decides what of the diagram runs.
+#include "bf/middleware/topics.hpp"
 #include "blocks.hpp"
-#include "fields.hpp"
 #include "messages.hpp"
+#include "types.hpp"
 
 #include <algorithm>
 #include <atomic>
@@ -19,6 +20,8 @@
 namespace bf::ros2 {
 
 namespace {
+
+using middleware::Opened;
 
 using State = lifecycle_msgs__msg__State;
 using Transition = lifecycle_msgs__msg__Transition;

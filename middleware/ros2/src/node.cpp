@@ -71,20 +71,6 @@ std::string plain(const std::string& name) {
     return text.empty() || std::isdigit(static_cast<unsigned char>(text.front())) ? "s" + text : text;
 }
 
-bool wait_until(double end, const std::function<bool()>& is_so) {
-    while (!is_so()) {
-        if (is_interrupted()) throw std::runtime_error(interrupted);
-        if (middleware::now() > end) return is_so();
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
-    return true;
-}
-
-void send_last(const std::shared_ptr<Sender>& sender) noexcept {
-    for (int tries = 0; sender && sender->has_news() && tries < 100; ++tries)
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
-}
-
 Context::Context(const NodeOptions& options) {
     // What goes wrong is told by those who call.
     rcutils_logging_set_output_handler([](auto...) {});
@@ -249,19 +235,17 @@ void Node::open() {
     }
     goes_on_ = true;
     waiting_ = std::thread([this] { wait(); });
-    sending_ = std::thread([this] { send(); });
+    outbox_.open();
 }
 
 void Node::close() noexcept {
     if (!context_) return;
+    outbox_.close(); // while answers to what it sends are waited for
     goes_on_ = false;
-    bell_.ring();
     ignore(rcl_trigger_guard_condition(&changed_));
     if (waiting_.joinable()) waiting_.join();
-    if (sending_.joinable()) sending_.join();
     clock_.reset();
     awaited_.clear();
-    senders_.clear();
     ignore(rcl_guard_condition_fini(&changed_));
     changed_ = rcl_get_zero_initialized_guard_condition();
     context_.reset();
@@ -301,22 +285,6 @@ std::shared_ptr<Client> Node::client(const rosidl_service_type_support_t* suppor
         std::make_shared<Client>(context_, support, name, std::move(response), std::move(answered)));
 }
 
-void Node::add(const std::shared_ptr<Sender>& sender) {
-    const std::lock_guard lock(mutex_);
-    senders_.push_back(sender);
-}
-
-namespace {
-/// Those that somebody else has, too; the others are forgotten.
-template <class T> std::vector<std::shared_ptr<T>> alive(std::vector<std::weak_ptr<T>>& list) {
-    std::vector<std::shared_ptr<T>> result;
-    std::erase_if(list, [](const auto& each) { return each.expired(); });
-    for (const auto& each : list)
-        if (auto its = each.lock()) result.push_back(std::move(its));
-    return result;
-}
-} // namespace
-
 void Node::wait() {
     std::vector<std::shared_ptr<Awaited>> all;
     rcl_wait_set_t set = rcl_get_zero_initialized_wait_set();
@@ -328,7 +296,7 @@ void Node::wait() {
             {
                 const std::lock_guard lock(mutex_);
                 seen = changes_;
-                all = alive(awaited_);
+                all = middleware::alive(awaited_);
             }
             // A call that comes behind a message is answered behind it.
             std::ranges::stable_sort(all, {}, [](const auto& each) { return each->kind(); });
@@ -350,26 +318,6 @@ void Node::wait() {
         rcl_reset_error();
     }
     ignore(rcl_wait_set_fini(&set));
-}
-
-void Node::send() {
-    // What was left last is sent before the end, too.
-    for (bool is_last = false; !is_last;) {
-        is_last = !goes_on_;
-        std::vector<std::shared_ptr<Sender>> all;
-        {
-            const std::lock_guard lock(mutex_);
-            all = alive(senders_);
-        }
-        const auto has_news = [&] {
-            return std::any_of(all.begin(), all.end(), [](const auto& each) { return each->has_news(); });
-        };
-        if (!is_last)
-            bell_.wait(
-                0.05, [&] { return has_news() || !goes_on_; }, 0);
-        for (const auto& each : all)
-            if (each->has_news()) each->send();
-    }
 }
 
 } // namespace bf::ros2

@@ -1,7 +1,7 @@
 // A node of ROS 2 and the two threads that talk for it: one waits for messages and calls, one sends.
 #pragma once
 
-#include "bf/middleware/bell.hpp"
+#include "bf/middleware/outbox.hpp"
 
 #include <atomic>
 #include <functional>
@@ -13,6 +13,8 @@
 #include <vector>
 
 namespace bf::ros2 {
+
+using middleware::Sender, middleware::send_last, middleware::wait_until;
 
 /// How a program appears among others.
 struct NodeOptions {
@@ -142,20 +144,6 @@ class Client final : public Awaited {
     Answered answered_;
 };
 
-/// Waits for what other threads bring, up to that time of middleware::now(); false: it is not so then. Throws
-/// std::runtime_error where the user interrupts it.
-bool wait_until(double end, const std::function<bool()>& is_so);
-
-/// What the sending thread sends, when somebody has left something.
-class Sender {
-  public:
-    virtual ~Sender() = default;
-    virtual bool has_news() const noexcept = 0;
-    virtual void send() = 0;
-};
-/// Waits until what was left last is sent, behind the last step.
-void send_last(const std::shared_ptr<Sender>& sender) noexcept;
-
 /// A node in a running diagram. Its threads run from open() to close().
 class Node {
   public:
@@ -177,26 +165,24 @@ class Node {
     std::shared_ptr<Client> client(const rosidl_service_type_support_t* support, const std::string& name,
                                    std::shared_ptr<void> response, Client::Answered answered);
     /// The sending thread looks at it as long as somebody else has it, too.
-    void add(const std::shared_ptr<Sender>& sender);
+    void add(const std::shared_ptr<middleware::Sender>& sender) { outbox_.add(sender); }
     /// Wakes the sending thread; in steps, too.
-    middleware::Bell& bell() noexcept { return bell_; }
+    middleware::Bell& bell() noexcept { return outbox_.bell(); }
 
   private:
     template <class T> std::shared_ptr<T> awaited(std::shared_ptr<T> entity);
     void wait();
-    void send();
 
     const NodeOptions options_;
     std::shared_ptr<Context> context_;
     rcl_guard_condition_t changed_ = rcl_get_zero_initialized_guard_condition();
     std::shared_ptr<Subscription> clock_;
-    std::mutex mutex_; ///< of the lists
+    std::mutex mutex_; ///< of the list
     std::vector<std::weak_ptr<Awaited>> awaited_;
-    std::atomic<std::uint64_t> changes_{1}; ///< of that list
-    std::vector<std::weak_ptr<Sender>> senders_;
+    std::atomic<std::uint64_t> changes_{1}; ///< of it
     std::atomic<bool> goes_on_{false};
-    middleware::Bell bell_{};
-    std::thread waiting_, sending_;
+    middleware::Outbox outbox_;
+    std::thread waiting_;
 };
 
 } // namespace bf::ros2

@@ -2,8 +2,8 @@
 #include "bf/base/names.hpp"
 #include "bf/middleware/clock.hpp"
 #include "bf/middleware/exchange.hpp"
+#include "bf/middleware/topics.hpp"
 #include "blocks.hpp"
-#include "fields.hpp"
 #include "messages.hpp"
 #include "types.hpp"
 
@@ -17,6 +17,8 @@
 namespace bf::ros2 {
 
 namespace {
+
+using middleware::Opened;
 
 /// tf2_msgs/msg/TFMessage, whose package is looked for at run time.
 struct TransformMessage {

@@ -4,12 +4,10 @@
 
 #include <algorithm>
 #include <cctype>
-#include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <dlfcn.h>
 #include <filesystem>
-#include <limits>
 #include <new>
 #include <rosidl_typesupport_introspection_c/field_types.h>
 #include <sstream>
@@ -48,22 +46,6 @@ template <class F> auto with_number(std::uint8_t type, F&& f) {
     }
 }
 
-template <class T> T nearest(double value) {
-    if constexpr (std::is_floating_point_v<T>) {
-        return static_cast<T>(value);
-    } else if constexpr (std::is_same_v<T, bool>) {
-        return value != 0;
-    } else {
-        using Its = std::numeric_limits<T>;
-        if (std::isnan(value)) return 0;
-        const double whole = std::round(value);
-        if (whole <= static_cast<double>(Its::min())) return Its::min();
-        // The largest 64-bit integers are no doubles.
-        if (whole >= static_cast<double>(Its::max())) return Its::max();
-        return static_cast<T>(whole);
-    }
-}
-
 const Members& members_of(const Member& member) {
     return *static_cast<const Members*>(member.members_->data);
 }
@@ -85,6 +67,88 @@ bool is_vector(const Members& members) {
                       m.type_id_ == members.members_[0].type_id_;
            });
 }
+
+/// A field of a message, looked into at run time.
+class MemberField final : public Field {
+  public:
+    MemberField(const std::string& its_path, const Member& its, std::size_t at)
+        : Field(its_path, Kind::numbers, 1, false), type(its.type_id_), parts{at}, member(&its) {}
+
+    std::uint8_t type;              ///< of numbers
+    std::vector<std::size_t> parts; ///< where they are in a message; one: all follow each other
+
+    std::size_t length(const void* message) const override {
+        if (kind != Kind::sequence) return static_cast<std::size_t>(size);
+        return member->size_function(static_cast<const char*>(message) + parts[0]);
+    }
+
+    void read(const void* message, double* values, std::size_t count) const override {
+        const auto* base = static_cast<const char*>(message);
+        if (kind == Kind::time) {
+            std::int32_t seconds = 0;
+            std::uint32_t nanoseconds = 0;
+            std::memcpy(&seconds, base + parts[0], sizeof seconds);
+            std::memcpy(&nanoseconds, base + parts[0] + sizeof seconds, sizeof nanoseconds);
+            values[0] = seconds + nanoseconds / 1e9;
+            return;
+        }
+        count = std::min(count, length(message));
+        const void* first = base + parts[0];
+        if (kind == Kind::sequence) first = count > 0 ? member->get_const_function(first, 0) : nullptr;
+        with_number(type, [&](auto number) {
+            using T = decltype(number);
+            for (std::size_t i = 0; i < count; ++i) {
+                const void* from =
+                    parts.size() > 1 ? base + parts[i] : static_cast<const char*>(first) + i * sizeof(T);
+                values[i] = static_cast<double>(*static_cast<const T*>(from));
+            }
+        });
+    }
+
+    void write(void* message, const double* values, std::size_t count) const override {
+        auto* base = static_cast<char*>(message);
+        if (kind == Kind::time) {
+            const auto [seconds, nanoseconds] = middleware::split_time<std::int32_t>(values[0]);
+            std::memcpy(base + parts[0], &seconds, sizeof seconds);
+            std::memcpy(base + parts[0] + sizeof seconds, &nanoseconds, sizeof nanoseconds);
+            return;
+        }
+        void* first = base + parts[0];
+        if (kind == Kind::sequence) {
+            if (member->size_function(first) != count && !member->resize_function(first, count))
+                throw std::bad_alloc();
+            first = count > 0 ? member->get_function(first, 0) : nullptr;
+        }
+        with_number(type, [&](auto number) {
+            using T = decltype(number);
+            for (std::size_t i = 0; i < count; ++i) {
+                void* to = parts.size() > 1 ? base + parts[i] : static_cast<char*>(first) + i * sizeof(T);
+                *static_cast<T*>(to) = middleware::nearest<T>(values[i]);
+            }
+        });
+    }
+
+    std::string text(const void* message) const override {
+        return messages::text(
+            *reinterpret_cast<const rosidl_runtime_c__String*>(static_cast<const char*>(message) + parts[0]));
+    }
+
+    void write(void* message, const std::vector<std::string>& texts) const override {
+        void* at = static_cast<char*>(message) + parts[0];
+        const auto assign = [](void* to, const std::string& text) {
+            messages::assign(*static_cast<rosidl_runtime_c__String*>(to), text);
+        };
+        if (kind == Kind::text) {
+            assign(at, texts.empty() ? "" : texts.front());
+            return;
+        }
+        if (!member->resize_function(at, texts.size())) throw std::bad_alloc();
+        for (std::size_t i = 0; i < texts.size(); ++i) assign(member->get_function(at, i), texts[i]);
+    }
+
+  private:
+    const Member* member; ///< of sequences and texts
+};
 
 /// The parts of "sensor_msgs/msg/Imu" that name libraries and symbols, which no other text may reach.
 struct Name {
@@ -180,43 +244,37 @@ void MessageType::look_into(const Members& members, const std::string& prefix, s
         const Member& m = members.members_[i];
         if (std::strcmp(m.name_, "structure_needs_at_least_one_member") == 0) continue; // it has none
         const std::size_t at = offset + m.offset_;
-        Field field{prefix + m.name_, Field::Kind::numbers, m.type_id_, 1, {at}, &m};
+        auto field = std::make_unique<MemberField>(prefix + m.name_, m, at);
         if (m.type_id_ == message_type) {
             const Members& its = members_of(m);
             if (m.is_array_) continue;
             if (is_time(its)) {
-                field.kind = Field::Kind::time;
-                field.is_scalar = true;
+                field->kind = Field::Kind::time;
+                field->is_scalar = true;
             } else if (is_vector(its)) {
-                field.size = static_cast<int>(its.member_count_);
-                field.type = its.members_[0].type_id_;
-                field.parts.clear();
+                field->size = static_cast<int>(its.member_count_);
+                field->type = its.members_[0].type_id_;
+                field->parts.clear();
                 for (std::size_t k = 0; k < its.member_count_; ++k)
-                    field.parts.push_back(at + its.members_[k].offset_);
+                    field->parts.push_back(at + its.members_[k].offset_);
             } else {
-                look_into(its, field.path + ".", at);
+                look_into(its, field->path + ".", at);
                 continue;
             }
         } else if (m.type_id_ == string_type) {
             if (m.is_array_ && m.array_size_ > 0 && !m.is_upper_bound_) continue; // so many, no less
-            field.kind = m.is_array_ ? Field::Kind::texts : Field::Kind::text;
+            field->kind = m.is_array_ ? Field::Kind::texts : Field::Kind::text;
         } else if (m.type_id_ == wide_string_type) {
             continue;
         } else if (m.is_array_) {
             const bool is_fixed = m.array_size_ > 0 && !m.is_upper_bound_;
-            field.kind = is_fixed ? Field::Kind::numbers : Field::Kind::sequence;
-            field.size = static_cast<int>(m.array_size_);
+            field->kind = is_fixed ? Field::Kind::numbers : Field::Kind::sequence;
+            field->size = static_cast<int>(m.array_size_);
         } else {
-            field.is_scalar = true;
+            field->is_scalar = true;
         }
         fields_.push_back(std::move(field));
     }
-}
-
-const Field* MessageType::field(const std::string& path) const {
-    const auto found =
-        std::find_if(fields_.begin(), fields_.end(), [&](const Field& its) { return its.path == path; });
-    return found == fields_.end() ? nullptr : &*found;
 }
 
 ServiceType ServiceType::find(const std::string& text) {
@@ -239,85 +297,6 @@ ActionType ActionType::find(const std::string& text) {
             .cancel = ServiceType::find("action_msgs/srv/CancelGoal"),
             .feedback = MessageType::find(whole + "_FeedbackMessage"),
             .status = MessageType::find("action_msgs/msg/GoalStatusArray")};
-}
-
-// ---- fields
-
-std::string Field::port() const {
-    std::string name = path;
-    std::replace(name.begin(), name.end(), '.', '_');
-    return name;
-}
-
-std::size_t Field::length(const void* message) const {
-    if (kind != Kind::sequence) return static_cast<std::size_t>(size);
-    return member->size_function(static_cast<const char*>(message) + parts[0]);
-}
-
-void Field::read(const void* message, double* values, std::size_t count) const {
-    const auto* base = static_cast<const char*>(message);
-    if (kind == Kind::time) {
-        std::int32_t seconds = 0;
-        std::uint32_t nanoseconds = 0;
-        std::memcpy(&seconds, base + parts[0], sizeof seconds);
-        std::memcpy(&nanoseconds, base + parts[0] + sizeof seconds, sizeof nanoseconds);
-        values[0] = seconds + nanoseconds / 1e9;
-        return;
-    }
-    count = std::min(count, length(message));
-    const void* first = base + parts[0];
-    if (kind == Kind::sequence) first = count > 0 ? member->get_const_function(first, 0) : nullptr;
-    with_number(type, [&](auto number) {
-        using T = decltype(number);
-        for (std::size_t i = 0; i < count; ++i) {
-            const void* from =
-                parts.size() > 1 ? base + parts[i] : static_cast<const char*>(first) + i * sizeof(T);
-            values[i] = static_cast<double>(*static_cast<const T*>(from));
-        }
-    });
-}
-
-void Field::write(void* message, const double* values, std::size_t count) const {
-    auto* base = static_cast<char*>(message);
-    if (kind == Kind::time) {
-        const double whole = std::floor(values[0]), rest = std::round((values[0] - whole) * 1e9);
-        const auto seconds = nearest<std::int32_t>(whole + (rest >= 1e9 ? 1 : 0));
-        const auto nanoseconds = nearest<std::uint32_t>(rest >= 1e9 ? 0 : rest);
-        std::memcpy(base + parts[0], &seconds, sizeof seconds);
-        std::memcpy(base + parts[0] + sizeof seconds, &nanoseconds, sizeof nanoseconds);
-        return;
-    }
-    void* first = base + parts[0];
-    if (kind == Kind::sequence) {
-        if (member->size_function(first) != count && !member->resize_function(first, count))
-            throw std::bad_alloc();
-        first = count > 0 ? member->get_function(first, 0) : nullptr;
-    }
-    with_number(type, [&](auto number) {
-        using T = decltype(number);
-        for (std::size_t i = 0; i < count; ++i) {
-            void* to = parts.size() > 1 ? base + parts[i] : static_cast<char*>(first) + i * sizeof(T);
-            *static_cast<T*>(to) = nearest<T>(values[i]);
-        }
-    });
-}
-
-std::string Field::text(const void* message) const {
-    return messages::text(
-        *reinterpret_cast<const rosidl_runtime_c__String*>(static_cast<const char*>(message) + parts[0]));
-}
-
-void Field::write(void* message, const std::vector<std::string>& texts) const {
-    void* at = static_cast<char*>(message) + parts[0];
-    const auto assign = [](void* to, const std::string& text) {
-        messages::assign(*static_cast<rosidl_runtime_c__String*>(to), text);
-    };
-    if (kind == Kind::text) {
-        assign(at, texts.empty() ? "" : texts.front());
-        return;
-    }
-    if (!member->resize_function(at, texts.size())) throw std::bad_alloc();
-    for (std::size_t i = 0; i < texts.size(); ++i) assign(member->get_function(at, i), texts[i]);
 }
 
 } // namespace bf::ros2

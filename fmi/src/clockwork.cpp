@@ -51,10 +51,12 @@ bool Clockwork::begin(Instance& instance, double start) noexcept {
     for (auto& clock : clocks_) {
         if (clock.is_known) continue;
         if (!instance.get_interval(clock.reference, clock.interval, clock.shift)) return false;
-        if (!(clock.interval > 0 && std::isfinite(clock.interval)) || !(clock.shift >= 0))
+        if (!(clock.interval > 0 && std::isfinite(clock.interval)) ||
+            !(clock.shift >= 0 && std::isfinite(clock.shift)))
             return instance.fail(
                 "fmi3GetIntervalDecimal",
-                " gave an interval that is not above 0, or a shift below 0 (FMI 3.0, section 2.2.9)");
+                " gave an interval that is no number above 0, or a shift that is none from 0 on "
+                "(FMI 3.0, section 2.2.9)");
     }
     return true;
 }
@@ -70,11 +72,25 @@ double Clockwork::next(double last) const noexcept {
     return first;
 }
 
+bool Clockwork::is_due(double last, double time) const noexcept {
+    return std::any_of(clocks_.begin(), clocks_.end(),
+                       [&](const Clock& clock) { return is_due(clock, last, time); });
+}
+
+bool Clockwork::is_due(const Clock& clock, double last, double time) const noexcept {
+    return next(clock, last) <= time + slack * clock.interval;
+}
+
+bool Clockwork::is_late(double last, double time) const noexcept {
+    return std::any_of(clocks_.begin(), clocks_.end(),
+                       [&](const Clock& clock) { return next(clock, last) < time - slack * clock.interval; });
+}
+
 bool Clockwork::tick(Instance& instance, double last, double time) noexcept {
     references_.clear();
     active_.clear();
     for (const auto& clock : clocks_)
-        if (next(clock, last) <= time + slack * clock.interval) {
+        if (is_due(clock, last, time)) {
             references_.push_back(clock.reference);
             active_.push_back(clock.number);
         }

@@ -487,9 +487,13 @@ bool LocalInstance::activate(const std::vector<std::uint32_t>& clocks) noexcept 
 
 bool LocalInstance::get_interval(std::uint32_t clock, double& interval, double& shift) noexcept {
     fmi3IntervalQualifier qualifier{};
-    return called(Call::get_clocks, "fmi3GetIntervalDecimal",
-                  [&] { return f_.fmi3GetIntervalDecimal(instance_, &clock, 1, &interval, &qualifier); }) &&
-           called(Call::get_clocks, "fmi3GetShiftDecimal",
+    if (!called(Call::get_clocks, "fmi3GetIntervalDecimal",
+                [&] { return f_.fmi3GetIntervalDecimal(instance_, &clock, 1, &interval, &qualifier); }))
+        return false;
+    if (qualifier == fmi3IntervalNotYetKnown)
+        return fail("fmi3GetIntervalDecimal",
+                    " does not know the interval of a periodic clock when the run begins");
+    return called(Call::get_clocks, "fmi3GetShiftDecimal",
                   [&] { return f_.fmi3GetShiftDecimal(instance_, &clock, 1, &shift); });
 }
 

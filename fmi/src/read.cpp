@@ -129,12 +129,12 @@ void Reader::read_ticks(Variable& v, const Element* its, const Element* declared
     ticks.resolution = count("resolution");
     ticks.interval_count = count("intervalCounter");
     ticks.shift_count = count("shiftCounter");
-    if (ticks.interval && !(*ticks.interval > 0))
+    if (ticks.interval && !(*ticks.interval > 0 && std::isfinite(*ticks.interval)))
         refuse(its, "the interval of '" + shown(v.name) + "' is " + number_text(*ticks.interval) +
-                        " s, but must be above 0" + section("", "2.2.9"));
-    if (!(ticks.shift >= 0))
+                        " s, but must be a number above 0" + section("", "2.2.9"));
+    if (!(ticks.shift >= 0 && std::isfinite(ticks.shift)))
         refuse(its, "the shift of '" + shown(v.name) + "' is " + number_text(ticks.shift) +
-                        " s, but must not be below 0" + section("", "2.2.9"));
+                        " s, but must be a number that is not below 0" + section("", "2.2.9"));
     if (ticks.kind == Ticks::Kind::constant && !ticks.interval)
         refuse(its, "'" + shown(v.name) + "' ticks at a constant interval, but has no intervalDecimal" +
                         section("", "2.4.4"));

@@ -150,12 +150,13 @@ class BagParser {
 
     void connection(const Fields& header, Bytes data) {
         const auto number = header.get<std::uint32_t>("conn");
-        if (!known_.insert(number).second) return; // it is told once more at the end
+        if (known_.contains(number)) return; // it is told once more at the end
         const Fields its(data);
         std::string topic = header.text("topic"); // as it is recorded, of which the sender may have another
         if (topic.empty()) topic = its.text("topic");
         visit_.connection(
             number, {std::move(topic), its.text("type"), its.text("md5sum"), its.text("message_definition")});
+        known_.insert(number);
     }
 
     void message(const Fields& header, Bytes data) {

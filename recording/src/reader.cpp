@@ -125,17 +125,17 @@ class Parser {
     void parse_bag() {
         std::map<std::pair<std::string, std::string>, Foreign> topics; // several may write to one
         std::map<std::uint32_t, Foreign*> writers;
-        const BagVisit visit{.connection =
-                                 [&](std::uint32_t number, const BagConnection& its) {
-                                     const auto [known, is_new] = topics.try_emplace({its.topic, its.md5});
-                                     if (is_new)
-                                         known->second = foreign_of(its.topic, "ros1", "ros1msg", its.type,
-                                                                    its.definition);
-                                     writers[number] = &known->second;
-                                 },
-                             .message = [&](std::uint32_t number, std::int64_t time,
-                                            Bytes bytes) { foreign_message(*writers[number], time, bytes); },
-                             .defect = [&](std::string defect) { report(std::move(defect)); }};
+        const BagVisit visit{
+            .connection =
+                [&](std::uint32_t number, const BagConnection& its) {
+                    const auto [known, is_new] = topics.try_emplace({its.topic, its.md5});
+                    if (is_new)
+                        known->second = foreign_of(its.topic, "ros1", "ros1msg", its.type, its.definition);
+                    writers[number] = &known->second;
+                },
+            .message = [&](std::uint32_t number, std::int64_t time,
+                           Bytes bytes) { foreign_message(*writers.at(number), time, bytes); },
+            .defect = [&](std::string defect) { report(std::move(defect)); }};
         read_bag(stream_, name_, visit, options_);
     }
 

@@ -71,8 +71,8 @@ class Definition {
         }
         for (const auto& [type, definition] : texts)
             for (const auto& line : definition) add_field(type, line);
-        std::vector<bool> is_known(types_.size());
-        for (std::size_t i = 0; i < types_.size(); ++i) require_end(i, 0, is_known);
+        std::vector<int> heights(types_.size());
+        for (std::size_t i = 0; i < types_.size(); ++i) height(i, 0, heights);
     }
     std::vector<RosType> take() { return std::move(types_); }
 
@@ -130,13 +130,22 @@ class Definition {
         throw Malformed("the schema does not say what '" + name + "' is");
     }
 
-    /// Types that hold themselves have no end. Each is looked at once.
-    void require_end(std::size_t type, int depth, std::vector<bool>& is_known) const {
-        if (depth > deepest) throw Malformed("the types of the schema are nested too deeply");
-        for (const RosField& field : types_[type].fields)
-            if (field.type >= 0 && !is_known[static_cast<std::size_t>(field.type)])
-                require_end(static_cast<std::size_t>(field.type), depth + 1, is_known);
-        is_known[type] = true;
+    /// How many types are nested in that one, which is nested in `depth` others, itself included. Those that
+    /// hold themselves have no end. Each is looked at once: `heights` has what is known, and 0.
+    int height(std::size_t type, int depth, std::vector<int>& heights) const {
+        const auto refuse_below = [](int level) {
+            if (level > deepest) throw Malformed("the types of the schema are nested too deeply");
+        };
+        if (heights[type] == 0) {
+            refuse_below(depth);
+            int below = 0;
+            for (const RosField& field : types_[type].fields)
+                if (field.type >= 0)
+                    below = std::max(below, height(static_cast<std::size_t>(field.type), depth + 1, heights));
+            heights[type] = 1 + below;
+        }
+        refuse_below(depth + heights[type] - 1);
+        return heights[type];
     }
 
     const Ros ros_;

@@ -83,6 +83,10 @@ TEST(Bags, SayWhatIsWrongAndKeepWhatIsRight) {
     expect(bag(good + chunk(point(0, 2, 6).substr(0, 30))), "a record ends before its last field, at byte ");
     expect(bag(good + chunk(point(9, 2, 6))),
            "a message is of the connection 9, which the bag does not tell");
+    const std::string damaged = record(7, {{"conn", bytes(1)}, {"topic", "/q"}}, part("type"));
+    expect(bag(good + chunk(damaged)), "a record has a field without a name or a value");
+    expect(bag(good + chunk(point(1, 2, 6)) + damaged), "a message is of the connection 1");
+    expect(bag(good + damaged + chunk(point(1, 2, 6))), "a record has a field without a name or a value");
     expect(bag(good + record(5, {{"compression", "none"}, {"size", bytes(7)}}, "")),
            "a chunk has 0 bytes, but says it has 7");
     expect(bag(good + record(5, {{"compression", "bz2"}, {"size", bytes(7)}}, "no such")), "'bz2'");
@@ -96,8 +100,7 @@ TEST(Bags, SayWhatIsWrongAndKeepWhatIsRight) {
         }),
         "'some.bag' is encrypted (rosbag/AesCbcEncryptor), which is not read: run 'rosbag decrypt'");
     EXPECT_CONTAINS(error_of([] { read("#ROSBAG V1.2\n"); }), "is a bag of another version than 2.0");
-    EXPECT_CONTAINS(error_of([] { read("#ROS"); }),
-                    "'some.bag' is no bag: it does not start with '#ROSBAG V2.0'");
+    EXPECT_CONTAINS(error_of([] { read("#ROS"); }), "'some.bag' is no recording");
 }
 
 TEST(Bags, WithAnyBytesWrongAreReadOrRefused) {

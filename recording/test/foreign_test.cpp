@@ -215,6 +215,16 @@ TEST(Foreign, LeavesOutWhatItDoesNotUnderstandAndSaysSo) {
     EXPECT_EQ(
         defect("cdr", "ros2msg", "B x"),
         "'other.mcap': the channel '/robot/odom' is left out: the types of the schema are nested too deeply");
+    std::string fields = "A1 a1\n",
+                types = "\n====\nMSG: a/A1\nfloat64 x"; // each is looked at before what has it
+    for (int k = 2; k < 40; ++k) {
+        const std::string name = "A" + std::to_string(k);
+        fields += name + " a" + std::to_string(k) + "\n";
+        types += "\n====\nMSG: a/" + name + "\nA" + std::to_string(k - 1) + " x";
+    }
+    EXPECT_EQ(
+        defect("cdr", "ros2msg", fields + types),
+        "'other.mcap': the channel '/robot/odom' is left out: the types of the schema are nested too deeply");
     EXPECT_EQ(defect("cdr", "ros2msg", "float64[1000000] x"),
               "'other.mcap': a message of 'robot.odom' is left out: it ends before its last field");
     std::string nested = "C[1000] x";

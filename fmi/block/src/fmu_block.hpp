@@ -107,11 +107,9 @@ class Running {
 
     /// Within which two times are one.
     static double slack(Now at) noexcept;
-    bool is_tick(Now at) const noexcept { return clockwork.next(memory.ticked) <= at.time() + slack(at); }
+    bool is_tick(Now at) const noexcept { return clockwork.is_due(memory.ticked, at.time()); }
     /// Did some tick before this step?
-    bool has_missed_tick(Now at) const noexcept {
-        return clockwork.next(memory.ticked) < at.time() - slack(at);
-    }
+    bool has_missed_tick(Now at) const noexcept { return clockwork.is_late(memory.ticked, at.time()); }
     /// In Event Mode: activates the clocks that tick now.
     bool tick(Now at) noexcept { return !is_tick(at) || clockwork.tick(*instance, memory.ticked, at.time()); }
     /// Of active clocks, early inputs or late ones.

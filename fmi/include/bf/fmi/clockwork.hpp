@@ -16,12 +16,15 @@ class Clockwork {
     /// outputs with other clocks: who runs an FMU by steps does not know when these tick.
     Clockwork(const Description& d, const std::string& fmu);
 
-    bool is_empty() const { return clocks_.empty(); }
     /// In Initialization Mode: asks for what the description does not say. False where the FMU fails.
     bool begin(Instance& instance, double start) noexcept;
     /// When the first tick after that time is; infinity for none.
     double next(double last) const noexcept;
-    /// In Event Mode: activates the clocks that tick at that time, after `last`. False where the FMU fails.
+    /// Does one tick at that time, after `last`?
+    bool is_due(double last, double time) const noexcept;
+    /// Should one have ticked before that time, after `last`?
+    bool is_late(double last, double time) const noexcept;
+    /// In Event Mode: activates the clocks that are due. False where the FMU fails.
     bool tick(Instance& instance, double last, double time) noexcept;
     /// Is one of these, by their numbers, active since tick()?
     bool is_active(const std::vector<int>& clocks) const noexcept;
@@ -40,6 +43,7 @@ class Clockwork {
         bool is_known;          ///< from the description
     };
     double next(const Clock& clock, double last) const noexcept;
+    bool is_due(const Clock& clock, double last, double time) const noexcept;
 
     std::vector<Clock> clocks_;
     double start_ = 0;

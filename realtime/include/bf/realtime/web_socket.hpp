@@ -29,6 +29,7 @@ struct HttpResponse {
     bool has_body = true;                                         ///< false: the answer to HEAD
 };
 
+/// A connection that begins with a request and its answer, and where both want it goes on with messages.
 class WebSocket : public std::enable_shared_from_this<WebSocket> {
   public:
     using Error = boost::system::error_code;
@@ -64,7 +65,7 @@ class WebSocket : public std::enable_shared_from_this<WebSocket> {
         bool is_http = true;   ///< as far as it answered
         std::string error = {};
     };
-    /// Waits `patience` at the most, then and for answers to pings.
+    /// Waits `patience` at the most for the answer, and later for that to a goodbye.
     void connect(const std::string& host, const std::string& target, const std::string& protocol,
                  std::chrono::seconds patience, std::function<void(const Refusal*)> then);
 

@@ -12,7 +12,7 @@ from interfaces import HERE, NAMES, ROOT, Interfaces, has_clang, is_raised, run
 
 # file, what stands there, what is written in its place, which interfaces break
 CHANGES = [
-    ("analysis/include/bf/analysis/tune_loop.hpp", "double duration, double height = 0);", "float duration, double height = 0);", {"cpp"}),
+    ("analysis/include/bf/analysis/tune_loop.hpp", "const std::string& loop, double duration,", "const std::string& loop, float duration,", {"cpp"}),
     ("core/include/bf/core/registry.hpp", "    std::string group; ", "    int kind; std::string group; ", {"plugin"}),
     ("run/include/bf/run/run_c.h", "const char* name; /* of the model */", "int kind; const char* name;", {"run_c"}),
     ("formats/yaml/model.schema.json", '"required": ["model"]', '"required": ["model", "stop"]', {"model"}),

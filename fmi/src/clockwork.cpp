@@ -55,7 +55,7 @@ bool Clockwork::begin(Instance& instance, double start) noexcept {
             !(clock.shift >= 0 && std::isfinite(clock.shift)))
             return instance.fail(
                 "fmi3GetIntervalDecimal",
-                " gave an interval that is no number above 0, or a shift that is none from 0 on "
+                " gave an interval that is not above 0, a shift below 0, or one of them is not finite "
                 "(FMI 3.0, section 2.2.9)");
     }
     return true;

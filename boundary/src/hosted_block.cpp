@@ -1,6 +1,7 @@
 #include "bf/boundary/hosted_block.hpp"
 
 #include "bf/boundary/positional.hpp"
+#include "bf/core/kept_text.hpp"
 #include "data_type.hpp"
 #include "legacy_description.hpp"
 
@@ -46,13 +47,7 @@ LegacyObject::~LegacyObject() {
 }
 
 void LegacyObject::fail(const char* what, const std::string& reason) {
-    // Braces stand for numbers in the text of a Status.
-    std::string text = legacy_->locate(what, reason);
-    std::replace(text.begin(), text.end(), '{', '(');
-    std::replace(text.begin(), text.end(), '}', ')');
-    const std::size_t length = std::min(text.size(), sizeof(message_) - 1);
-    std::memcpy(message_, text.data(), length);
-    message_[length] = '\0';
+    keep_text(message_, legacy_->locate(what, reason));
 }
 
 void LegacyObject::explain(const char* what, bool good, const std::string& thrown,

@@ -1,4 +1,5 @@
 #include "bf/core/context.hpp"
+#include "bf/core/kept_text.hpp"
 #include "bf/core/resolve.hpp"
 
 #include "bf/kernels/elementwise.hpp"
@@ -300,6 +301,14 @@ TEST(Resolution, RefusesAnotherTypeThanTheDeclaredOne) {
     Shaped block;
     EXPECT_EQ(error_of([&] { offer(block.resolution(), 0, Type::boolean); }),
               "input 'a' is of type double, but is wired to type boolean; insert a Convert block");
+}
+
+TEST(Status, TakesTextsFromOutsideAsTheyAre) {
+    char kept[12];
+    keep_text(kept, "a {} b {element}");
+    EXPECT_EQ(Status::failure(kept, 3, 4).text(), "a () b (ele");
+    keep_text(kept, "");
+    EXPECT_EQ(Status::failure(kept).text(), "");
 }
 
 TEST(Status, FillsIntegersIntoItsText) {

@@ -1,8 +1,8 @@
 #include "bf/middleware/topics.hpp"
 
 #include "bf/base/names.hpp"
+#include "bf/core/kept_text.hpp"
 
-#include <cstdio>
 #include <cstring>
 #include <stdexcept>
 
@@ -110,7 +110,7 @@ const std::vector<double>* Incoming::read(const void* message) {
 
 void Incoming::refuse(const std::string& text) {
     if (is_refused_) return;
-    std::snprintf(refusal_, sizeof refusal_, "%s", text.c_str());
+    keep_text(refusal_, text);
     is_refused_ = true;
 }
 

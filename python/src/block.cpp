@@ -1,4 +1,5 @@
 // Blocks that are written in Python.
+#include "bf/core/kept_text.hpp"
 #include "model.hpp"
 #include "simulation.hpp"
 
@@ -351,20 +352,12 @@ class PythonBlock final : public Block {
                 if (void* to = target(ports_[i])) std::memcpy(to, copies.target_data[i], bytes_of(ports_[i]));
             return ok;
         } catch (nb::python_error& error) {
-            fail(copies, text_of(error));
+            keep_text(copies.message, text_of(error));
             keep_cause(error);
         } catch (const std::exception& error) {
-            fail(copies, error.what());
+            keep_text(copies.message, error.what());
         }
         return Status::failure(copies.message);
-    }
-    static void fail(Copies& copies, std::string text) {
-        // Braces stand for numbers in the text of a Status.
-        std::replace(text.begin(), text.end(), '{', '(');
-        std::replace(text.begin(), text.end(), '}', ')');
-        const std::size_t length = std::min(text.size(), sizeof copies.message - 1);
-        std::memcpy(copies.message, text.data(), length);
-        copies.message[length] = '\0';
     }
 
     const char* kept(nb::handle text) { return kept(nb::cast<std::string>(text)); }

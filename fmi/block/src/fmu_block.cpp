@@ -2,10 +2,10 @@
 
 #include "BlockFactory/Core/Log.h"
 #include "bf/base/numbers.hpp"
+#include "bf/core/kept_text.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <cstring>
 #include <map>
 
@@ -176,9 +176,7 @@ bool Running::end_event(Now at, Event& event) noexcept {
 }
 
 Status Running::failure(const char* text) noexcept {
-    std::snprintf(message_, sizeof message_, "%s", text);
-    // Braces stand for numbers in the text of a Status.
-    for (char* c = message_; *c; ++c) *c = *c == '{' ? '(' : *c == '}' ? ')' : *c;
+    keep_text(message_, text);
     return Status::failure(message_);
 }
 

@@ -1,4 +1,5 @@
 // Messages of any type, to and from programs of ROS 1 that are not ours.
+#include "bf/middleware/topics.hpp"
 #include "heap.hpp"
 #include "master.hpp"
 #include "running.hpp"
@@ -206,6 +207,12 @@ TEST_F(Ros1Topics, StayForThoseWhoComeLater) {
     Running later(model(subscribe(", topic: kept, start_timeout: 20")));
     ASSERT_TRUE(later.step()) << later.simulation.failure();
     EXPECT_EQ(later.scalar("s.data"), 5);
+}
+
+TEST(Ros1Node, TellsWhatOthersSayWithoutItsBraces) {
+    middleware::LiveIncoming end({MessageType::find("std_msgs/Float64"), {}, 0, ""});
+    end.refuse("'x' sends {element}");
+    EXPECT_STREQ(end.refusal(), "'x' sends (element)");
 }
 
 TEST_F(Ros1Topics, BeginAndEndManyTimes) {

@@ -24,22 +24,6 @@ using middleware::LiveIncoming;
 
 // ---- session
 
-std::shared_ptr<Session> Session::join(const NodeOptions& options) {
-    // roscpp has one node for all of a program; so there is one of this, too.
-    static std::mutex mutex;
-    static std::weak_ptr<Session> open;
-    static std::unique_ptr<const NodeOptions> first;
-    const std::lock_guard lock(mutex);
-    if (first && (first->name != options.name || first->remap != options.remap))
-        throw std::runtime_error("a program is one node of ROS 1, and this one is '" + first->name +
-                                 "'; give all nodes and robots of the model the same name and remap");
-    if (auto its = open.lock()) return its;
-    first = std::make_unique<const NodeOptions>(options);
-    std::shared_ptr<Session> made(new Session(options));
-    open = made;
-    return made;
-}
-
 std::vector<std::string> Session::problems_of(const std::vector<std::string>& remap) {
     std::vector<std::string> problems;
     for (const auto& rule : remap)
@@ -49,6 +33,9 @@ std::vector<std::string> Session::problems_of(const std::vector<std::string>& re
 }
 
 namespace {
+
+std::mutex session_mutex; ///< of roscpp, which has one node for all of a program
+int sessions = 0;
 
 /// Does a master answer, within some seconds? roscpp itself waits for one that does not for ever.
 bool has_master() {
@@ -87,9 +74,7 @@ void keep_to_this_computer() {
     }
 }
 
-} // namespace
-
-Session::Session(const NodeOptions& options) {
+void begin_session(const NodeOptions& options) {
     // What fails is told by exceptions.
     ros::console::set_logger_level(ROSCONSOLE_ROOT_LOGGER_NAME, ros::console::levels::Fatal);
     ros::console::notifyLoggerLevelsChanged();
@@ -112,16 +97,39 @@ Session::Session(const NodeOptions& options) {
     ros::master::setRetryTimeout(ros::WallDuration(5)); // otherwise calls wait for a master that is gone
     ros::start();
     const std::string host = ros::network::getHost();
-    if (host == "localhost" || host.starts_with("127.")) keep_to_this_computer();
+    try {
+        if (host == "localhost" || host.starts_with("127.")) keep_to_this_computer();
+    } catch (const std::exception&) {
+        ros::shutdown();
+        throw;
+    }
 }
 
-Session::~Session() { ros::shutdown(); }
+} // namespace
+
+Session::Session(const NodeOptions& options) {
+    static std::unique_ptr<const NodeOptions> first;
+    const std::lock_guard lock(session_mutex);
+    if (first && (first->name != options.name || first->remap != options.remap))
+        throw std::runtime_error("a program is one node of ROS 1, and this one is '" + first->name +
+                                 "'; give all nodes and robots of the model the same name and remap");
+    if (sessions == 0) {
+        first = std::make_unique<const NodeOptions>(options);
+        begin_session(options);
+    }
+    ++sessions;
+}
+
+Session::~Session() {
+    const std::lock_guard lock(session_mutex);
+    if (--sessions == 0) ros::shutdown();
+}
 
 // ---- node
 
 void Node::open() {
     if (handle_) return;
-    session_ = Session::join(options_);
+    session_ = std::make_unique<Session>(options_);
     try {
         handle_ = std::make_unique<ros::NodeHandle>(options_.name_space);
     } catch (const ros::Exception& error) {

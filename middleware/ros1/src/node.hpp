@@ -19,18 +19,16 @@ struct NodeOptions {
     std::string name_space = "/";        ///< in which names are that do not begin with /
 };
 
-/// roscpp, from the first of those who share it to the last. Its name and what is remapped stay for as long
-/// as the program.
+/// A share of roscpp, which is open from the first of them to the last. Its name and what is remapped stay
+/// for as long as the program.
 class Session {
   public:
     /// Throws std::runtime_error: no master answers, or this program is another node already.
-    static std::shared_ptr<Session> join(const NodeOptions& options);
+    explicit Session(const NodeOptions& options);
+    ~Session();
+    Session(const Session&) = delete;
     /// What is wrong with the rules of names.
     static std::vector<std::string> problems_of(const std::vector<std::string>& remap);
-    ~Session();
-
-  private:
-    explicit Session(const NodeOptions& options);
 };
 
 /// Sends to a topic, from any one thread that is no step.
@@ -70,7 +68,7 @@ class Node final : public Connection {
 
   private:
     const NodeOptions options_;
-    std::shared_ptr<Session> session_;
+    std::unique_ptr<Session> session_;
     ros::CallbackQueue queue_;
     std::unique_ptr<ros::NodeHandle> handle_;
     std::unique_ptr<ros::AsyncSpinner> spinner_;

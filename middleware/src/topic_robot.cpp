@@ -49,7 +49,7 @@ class TopicRobot final : public toolbox::RobotConnection {
         topics_->open();
         for (auto* values : {&position_, &velocity_, &effort_}) values->setZero(n_);
         came_.setConstant(n_, never);
-        has_velocity_ = has_effort_ = false;
+        for (auto* has : {&has_velocity_, &has_effort_}) has->setConstant(n_, false);
         stamp_ = 0;
         names_.clear();
         heard_.push_back(topics_->hear_states(options_.states, [this](const auto& states) { take(states); }));
@@ -91,7 +91,7 @@ class TopicRobot final : public toolbox::RobotConnection {
         };
         if (!wait_until(end, [&] { return missing().empty(); })) refuse(missing());
         // Who listens is known a little later than what was said.
-        wait_until(now() + 0.3, [&] {
+        wait_until(std::min(end, now() + 0.3), [&] {
             return std::ranges::all_of(outputs_,
                                        [](const auto& its) { return its.second.end->readers() > 0; });
         });
@@ -120,10 +120,10 @@ class TopicRobot final : public toolbox::RobotConnection {
         case Measurement::joint_position: values = position_; return true;
         case Measurement::joint_velocity:
             values = velocity_;
-            return told(has_velocity_, "no velocities on", options_.states);
+            return told(has_velocity_.all(), "no velocities of all joints on", options_.states);
         case Measurement::joint_torque:
             values = effort_;
-            return told(has_effort_, "no efforts on", options_.states);
+            return told(has_effort_.all(), "no efforts of all joints on", options_.states);
         default: return told(false, "no such measurement on", options_.states);
         }
     }
@@ -177,8 +177,8 @@ class TopicRobot final : public toolbox::RobotConnection {
     bool has(Measurement what) const {
         const std::lock_guard lock(mutex_);
         return what == Measurement::joint_position ||
-               (what == Measurement::joint_velocity && has_velocity_) ||
-               (what == Measurement::joint_torque && has_effort_);
+               (what == Measurement::joint_velocity && has_velocity_.all()) ||
+               (what == Measurement::joint_torque && has_effort_.all());
     }
     bool has(ControlMode mode) const { return mode == ControlMode::position || outputs_.contains(mode); }
 
@@ -209,8 +209,8 @@ class TopicRobot final : public toolbox::RobotConnection {
         for (std::size_t i = 0; i < names_.size(); ++i) {
             const Eigen::Index at = places_[i];
             if (at < 0 || !take_one(states.position, i, position_[at])) continue;
-            has_velocity_ |= take_one(states.velocity, i, velocity_[at]);
-            has_effort_ |= take_one(states.effort, i, effort_[at]);
+            has_velocity_[at] |= take_one(states.velocity, i, velocity_[at]);
+            has_effort_[at] |= take_one(states.effort, i, effort_[at]);
             came_[at] = now();
             stamp_ = std::max(stamp_, states.stamp); // programs with some of the joints are not equally far
         }
@@ -252,7 +252,7 @@ class TopicRobot final : public toolbox::RobotConnection {
     std::vector<std::string> names_;
     std::vector<Eigen::Index> places_; ///< our number of each name; -1: none of ours
     VectorXd position_, velocity_, effort_, came_;
-    bool has_velocity_ = false, has_effort_ = false;
+    Eigen::Array<bool, Eigen::Dynamic, 1> has_velocity_, has_effort_; ///< of each joint, so far
     double stamp_ = 0;
     std::optional<ControlMode> mode_;
     VectorXd target_;

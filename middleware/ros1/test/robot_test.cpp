@@ -86,6 +86,18 @@ TEST_F(Ros1Robot, CostsTheStepNoHeap) {
     expect_contains(run.simulation.failure(), "ROS 1 robot in the namespace /quick");
 }
 
+TEST_F(Ros1Robot, HasVelocitiesOnlyWhereAllJointsTellThem) {
+    Peer hip({"send", "sensor_msgs/JointState", "/some/joint_states", "100",
+              "m.name=['hip']; m.position=[0.5]; m.velocity=[0.25]"});
+    Peer knee({"send", "sensor_msgs/JointState", "/some/joint_states", "100",
+               "m.name=['knee']; m.position=[-0.5]"});
+    ASSERT_EQ(hip.line(), "ready");
+    ASSERT_EQ(knee.line(), "ready");
+    Running run(driving(", namespace: /some"));
+    EXPECT_FALSE(steps_until(run, [] { return false; }));
+    expect_contains(run.simulation.failure(), "it measures no joint velocities");
+}
+
 TEST_F(Ros1Robot, IsRefusedWhereItIsNotThereOrAnother) {
     expect_contains(refusal(driving(", start_timeout: 3, namespace: /nobody")),
                     "no message came on the topic 'joint_states' within 2.4 s; start the robot, or correct "

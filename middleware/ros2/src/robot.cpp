@@ -4,6 +4,7 @@
 #include "bf/core/value.hpp"
 #include "bf/middleware/bell.hpp"
 #include "bf/middleware/clock.hpp"
+#include "bf/middleware/topic_robot.hpp"
 #include "messages.hpp"
 
 #include <Eigen/Geometry>
@@ -30,12 +31,6 @@ Eigen::Vector4d quaternion_of(const Eigen::Vector3d& rpy) {
                                  Eigen::AngleAxisd(rpy.y(), Eigen::Vector3d::UnitY()) *
                                  Eigen::AngleAxisd(rpy.x(), Eigen::Vector3d::UnitX());
     return q.coeffs();
-}
-
-Eigen::Vector3d roll_pitch_yaw_of(const Eigen::Vector4d& q) {
-    const Eigen::Matrix3d R = Eigen::Quaterniond(q).normalized().toRotationMatrix();
-    return {std::atan2(R(2, 1), R(2, 2)), std::asin(std::clamp(-R(2, 0), -1.0, 1.0)),
-            std::atan2(R(1, 0), R(0, 0))};
 }
 
 namespace {
@@ -78,7 +73,7 @@ class Robot final : public toolbox::RobotConnection {
         node_.open();
         for (auto* values : {&position_, &velocity_, &effort_}) values->setZero(n_);
         came_.setConstant(n_, never);
-        has_velocity_ = has_effort_ = false;
+        for (auto* has : {&has_velocity_, &has_effort_}) has->setConstant(n_, false);
         stamp_ = 0;
         names_.clear();
         // Best effort hears all writers, and only the newest counts. A robot that stands still sends each
@@ -116,7 +111,7 @@ class Robot final : public toolbox::RobotConnection {
                     const auto& its = *static_cast<const messages::Imu*>(message);
                     const auto& q = its.orientation;
                     const std::lock_guard lock(mutex_);
-                    sensor.values.head<3>() = roll_pitch_yaw_of({q.x, q.y, q.z, q.w});
+                    sensor.values.head<3>() = middleware::roll_pitch_yaw({q.x, q.y, q.z, q.w});
                     put(sensor.values.segment<3>(3), its.linear_acceleration);
                     put(sensor.values.segment<3>(6), its.angular_velocity);
                     has_come(sensor, its.header.stamp);
@@ -188,10 +183,10 @@ class Robot final : public toolbox::RobotConnection {
         case Measurement::joint_position: values = position_; return true;
         case Measurement::joint_velocity:
             values = velocity_;
-            return told(has_velocity_, "no velocities on", options_.states);
+            return told(has_velocity_.all(), "no velocities of all joints on", options_.states);
         case Measurement::joint_torque:
             values = effort_;
-            return told(has_effort_, "no efforts on", options_.states);
+            return told(has_effort_.all(), "no efforts of all joints on", options_.states);
         default: return told(false, "no such measurement on", options_.states);
         }
     }
@@ -247,8 +242,8 @@ class Robot final : public toolbox::RobotConnection {
     bool has(Measurement what) const {
         const std::lock_guard lock(mutex_);
         return what == Measurement::joint_position ||
-               (what == Measurement::joint_velocity && has_velocity_) ||
-               (what == Measurement::joint_torque && has_effort_);
+               (what == Measurement::joint_velocity && has_velocity_.all()) ||
+               (what == Measurement::joint_torque && has_effort_.all());
     }
     bool has(ControlMode mode) const { return mode == ControlMode::position || publishers_.contains(mode); }
 
@@ -288,8 +283,8 @@ class Robot final : public toolbox::RobotConnection {
         for (std::size_t i = 0; i < names.size; ++i) {
             const Eigen::Index at = places_[i];
             if (at < 0 || !take_one(state.position, i, position_[at])) continue;
-            has_velocity_ |= take_one(state.velocity, i, velocity_[at]);
-            has_effort_ |= take_one(state.effort, i, effort_[at]);
+            has_velocity_[at] |= take_one(state.velocity, i, velocity_[at]);
+            has_effort_[at] |= take_one(state.effort, i, effort_[at]);
             came_[at] = now;
             // Programs that tell of some of the joints each are not equally far.
             // One that is led has one program, and when that begins again its time goes back.
@@ -412,7 +407,7 @@ class Robot final : public toolbox::RobotConnection {
     std::vector<std::string> names_;
     std::vector<Eigen::Index> places_; ///< our number of each name; -1: none of ours
     VectorXd position_, velocity_, effort_, came_;
-    bool has_velocity_ = false, has_effort_ = false;
+    Eigen::Array<bool, Eigen::Dynamic, 1> has_velocity_, has_effort_; ///< of each joint, so far
     double stamp_ = 0;
     std::optional<ControlMode> mode_;
     messages::Call step_;

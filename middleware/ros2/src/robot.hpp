@@ -35,6 +35,5 @@ middleware::WaitingDriver make_driver(const RobotOptions& options);
 
 /// Numbers of the toolbox's inertial sensors as an orientation, x y z w: R = R_z(yaw) R_y(pitch) R_x(roll).
 Eigen::Vector4d quaternion_of(const Eigen::Vector3d& roll_pitch_yaw);
-Eigen::Vector3d roll_pitch_yaw_of(const Eigen::Vector4d& quaternion);
 
 } // namespace bf::ros2

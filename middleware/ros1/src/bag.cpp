@@ -68,6 +68,9 @@ class Played final : public Incoming {
     std::vector<double> rows_;
 };
 
+/// Some programs leave out the slash with which a name begins.
+std::string rooted(const std::string& topic) { return topic.starts_with('/') ? topic : "/" + topic; }
+
 /// A bag that stands for a node.
 class Bag final : public Connection {
   public:
@@ -78,7 +81,8 @@ class Bag final : public Connection {
         if (first_) return;
         topics_.clear();
         std::optional<std::int64_t> first;
-        read({.connection = [&](std::uint32_t, const BagConnection& its) { topics_[its.topic] = its.type; },
+        read({.connection = [&](std::uint32_t,
+                                const BagConnection& its) { topics_[rooted(its.topic)] = its.type; },
               .message = [&](std::uint32_t, std::int64_t time,
                              std::span<const std::byte>) { first = std::min(first.value_or(time), time); },
               .defect = {}});
@@ -92,7 +96,7 @@ class Bag final : public Connection {
 
     std::shared_ptr<Incoming> subscribe(const TopicOptions& topic, middleware::Wanted wanted) override {
         constexpr std::size_t most_bytes = std::size_t{2} << 30;
-        const std::string name = topic.name.starts_with('/') ? topic.name : "/" + topic.name;
+        const std::string name = rooted(topic.name);
         const auto fail = [&](const std::string& what) -> void {
             throw std::runtime_error("the bag '" + path_.string() + "': " + what);
         };
@@ -106,8 +110,8 @@ class Bag final : public Connection {
         std::map<std::uint32_t, bool> is_wanted;
         read({.connection =
                   [&](std::uint32_t number, const BagConnection& its) {
-                      is_wanted[number] = its.topic == name;
-                      if (its.topic == name && its.md5 != topic.type->md5())
+                      is_wanted[number] = rooted(its.topic) == name;
+                      if (is_wanted[number] && its.md5 != topic.type->md5())
                           fail("'" + name + "' is of " + its.type + " (" + its.md5 + "), not " +
                                topic.type->name() + " (" + topic.type->md5() +
                                "); correct argument 'type', or install the messages that were recorded");
@@ -127,7 +131,8 @@ class Bag final : public Connection {
                           fail("the message of '" + name + "' at " +
                                Value(static_cast<double>(time - *first_) / 1e9).describe() + " s " + wrong);
                       if (end->bytes() > most_bytes)
-                          fail("'" + name + "' has more than 2 GiB of numbers; name fewer 'fields'");
+                          fail("'" + name + "' has more than " + std::to_string(most_bytes >> 30) +
+                               " GiB of numbers; name fewer 'fields'");
                   },
               .defect = {}});
         end->sort(*first_ + static_cast<std::int64_t>(begin_ * 1e9 + 0.5));
@@ -145,7 +150,8 @@ class Bag final : public Connection {
         if (wrong.empty() && !file) wrong = file_error(errno);
         if (!wrong.empty())
             throw std::runtime_error("cannot open the bag '" + path_.string() + "': " + wrong);
-        recording::read_bag(file, path_.string(), visit);
+        // Each chunk goes before the next is decompressed, so a bag may be larger than the memory.
+        recording::read_bag(file, path_.string(), visit, {.most_bytes = std::uint64_t{1} << 44});
     }
 
     const std::filesystem::path path_;

@@ -113,6 +113,16 @@ TEST_F(Ros1Bags, AreTheSameInEachRunAndFromAnyBeginning) {
     EXPECT_EQ(second.get("s.position"), expected);
 }
 
+TEST_F(Ros1Bags, HaveTopicsWithAndWithoutASlash) {
+    const auto file = bag("bare.bag", "none", "write('x', 'geometry_msgs/Point', 0, 'm.y=3.0')");
+    for (const std::string topic : {"x", "/x"}) {
+        Running run(
+            playing(file, "  p: {block: Ros1/Subscribe, topic: " + topic + ", type: geometry_msgs/Point}\n"));
+        ASSERT_TRUE(run.step()) << run.simulation.failure();
+        EXPECT_EQ(run.scalar("p.y"), 3);
+    }
+}
+
 TEST_F(Ros1Bags, CostTheStepNoHeap) {
     Running run(playing(bag("drive.bag", "none", drive), joints() + imu));
     ASSERT_TRUE(run.step());

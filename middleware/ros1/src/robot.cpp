@@ -51,7 +51,13 @@ class Outlet final : public middleware::CommandTopic {
 class Topics final : public middleware::RobotTopics {
   public:
     explicit Topics(NodeOptions options) : node_(std::move(options)) {}
-    void open() override { node_.open(); }
+    void open() override {
+        {
+            const std::lock_guard lock(mutex_);
+            refusal_.clear(); // of a run before
+        }
+        node_.open();
+    }
     void close() noexcept override { node_.close(); }
     std::string refusal() const override {
         const std::lock_guard lock(mutex_);

@@ -98,6 +98,28 @@ TEST_F(Ros1Robot, HasVelocitiesOnlyWhereAllJointsTellThem) {
     expect_contains(run.simulation.failure(), "it measures no joint velocities");
 }
 
+TEST_F(Ros1Robot, TellsNotWhatWasWrongInARunBefore) {
+    Peer robot({"robot", "/again", "hip", "knee"});
+    ASSERT_EQ(robot.line(), "ready");
+    Running run(driving(", start_timeout: 3, namespace: /again"));
+    run.simulation.stop();
+    robot.end();
+    const auto why = [&]() -> std::string {
+        try {
+            run.simulation.start();
+        } catch (const std::runtime_error& error) {
+            return error.what();
+        }
+        return "";
+    };
+    {
+        Peer other({"send", "std_msgs/String", "/again/joint_states", "100", "m.data='x'"});
+        ASSERT_EQ(other.line(), "ready");
+        expect_contains(why(), "sends std_msgs/String");
+    }
+    expect_contains(why(), "no message came on the topic 'joint_states'");
+}
+
 TEST_F(Ros1Robot, IsRefusedWhereItIsNotThereOrAnother) {
     expect_contains(refusal(driving(", start_timeout: 3, namespace: /nobody")),
                     "no message came on the topic 'joint_states' within 2.4 s; start the robot, or correct "

@@ -62,19 +62,20 @@ std::vector<std::pair<const Field*, std::vector<std::string>>> texts_of(const Me
             problems.push_back("argument 'texts': '" + text + "' is not given as field=text");
             continue;
         }
+        const std::string path = text.substr(0, equals);
+        const Field* field = type.field(path);
+        if (field == nullptr || is_number(*field)) {
+            problems.push_back("argument 'texts': " + type.name() + " has no text '" + path + "'; it has " +
+                               name_list(paths(type, false)));
+            continue;
+        }
         std::vector<std::string> parts{""};
         for (const char letter : text.substr(equals + 1))
-            if (letter == ',')
+            if (letter == ',' && field->kind == Field::Kind::texts)
                 parts.emplace_back();
             else
                 parts.back() += letter;
-        const std::string path = text.substr(0, equals);
-        const Field* field = type.field(path);
-        if (field == nullptr || is_number(*field))
-            problems.push_back("argument 'texts': " + type.name() + " has no text '" + path + "'; it has " +
-                               name_list(paths(type, false)));
-        else
-            all.emplace_back(field, parts);
+        all.emplace_back(field, parts);
     }
     return all;
 }

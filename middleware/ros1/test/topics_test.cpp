@@ -209,6 +209,17 @@ TEST_F(Ros1Topics, StayForThoseWhoComeLater) {
     EXPECT_EQ(later.scalar("s.data"), 5);
 }
 
+TEST_F(Ros1Topics, KeepTheCommasOfASingleText) {
+    Running run(model(publish(", topic: text, type: std_msgs/String, texts: \"{'data=hello, world'}\"")));
+    Peer peer({"echo", "std_msgs/String", "/text", "1"});
+    ASSERT_EQ(peer.line(), "ready");
+    std::string heard;
+    std::thread listens([&] { heard = peer.line(); });
+    EXPECT_TRUE(steps_until(run, [&] { return !heard.empty(); })) << run.simulation.failure();
+    listens.join();
+    EXPECT_EQ(heard, "data: \"hello, world\"");
+}
+
 TEST(Ros1Node, TellsWhatOthersSayWithoutItsBraces) {
     middleware::LiveIncoming end({MessageType::find("std_msgs/Float64"), {}, 0, ""});
     end.refuse("'x' sends {element}");

@@ -127,6 +127,7 @@ class Pursuit final : public Sender {
         sent = stamp.number;
         ++signs;
         goal_call_ = goals_->call(goal.get());
+        if (goal_call_ == 0) end(rejected); // it was not sent, so nobody answers
     }
     /// Whether the newest goal has neither a result nor is rejected.
     bool is_active() const noexcept { return over != asked.newest(); }
@@ -379,20 +380,16 @@ class SendGoal final : public Block {
 } // namespace
 
 void add_goals(Library& library) {
-    library.group("topics").add<SendGoal>("SendGoal", "Sends a goal to the server of an action, of any type "
-                                                      "that is installed, when its input `start` becomes "
-                                                      "positive. The numbers of the goal are inputs, those "
-                                                      "of feedback and result outputs, as those of Publish "
-                                                      "and Subscribe; outputs keep the newest feedback and "
-                                                      "result, and are zeros before the first ones. A step "
-                                                      "neither waits nor sends: the node's threads do, and a "
-                                                      "goal waits until there is a server. A new goal "
-                                                      "takes the place of one that is active, which the "
-                                                      "server may end or not. When the run ends, a goal that "
-                                                      "is active is canceled. "
-                                                      "Errors: no such type, field or name of an action; in "
-                                                      "a step: no word of the server for timeout, more "
-                                                      "elements than expected.");
+    library.group("topics").add<SendGoal>(
+        "SendGoal",
+        "Sends a goal to the server of an action, of any type that is installed, when its input `start` "
+        "becomes positive. The numbers of the goal are inputs, those of feedback and result outputs, as "
+        "those of Publish and Subscribe; outputs keep the newest feedback and result, and are zeros before "
+        "the first ones. A step neither waits nor sends: the node's threads do, and a goal waits until "
+        "there is a server. A new goal takes the place of one that is active, which the server may end or "
+        "not. When the run ends, a goal that is active is canceled if the server has accepted it, or does "
+        "within 0.1 s. Errors: no such type, field or name of an action; in a step: no word of the server "
+        "for timeout, more elements than expected.");
 }
 
 } // namespace bf::ros2

@@ -294,18 +294,14 @@ void add_cameras(Library& library) {
     library.group("topics").add<PublishCamera>(
         "PublishCamera",
         "Publishes pictures of a camera, such as those of WorldCamera: TOPIC/image_raw "
-        "(sensor_msgs/msg/Image, rgb8), "
-        "TOPIC/depth/image_raw (32FC1, m; infinite where nothing is in range) and TOPIC/points "
-        "(sensor_msgs/msg/PointCloud2: x, y, z in the camera's frame and rgb where there are colours, height "
-        "x "
-        "width, NaN where nothing is in range), beside TOPIC/camera_info (sensor_msgs/msg/CameraInfo) of a "
-        "pinhole camera without distortion: f = height / (2 tan(field_of_view / 2)), x = (u - cx) z / f with "
-        "cx = "
-        "(width - 1) / 2, and so y. The node's thread makes the messages, of what has readers, the newest "
-        "where "
-        "several pictures are left; so give this block the camera's period. "
-        "Sources: REP 103 and REP 118. "
-        "Errors: no picture, a name of a topic that ROS 2 does not allow.");
+        "(sensor_msgs/msg/Image, rgb8), TOPIC/depth/image_raw (32FC1, m; infinite where nothing is in "
+        "range) and TOPIC/points (sensor_msgs/msg/PointCloud2: x, y, z in the camera's frame and rgb where "
+        "there are colours, height x width, NaN where nothing is in range), beside TOPIC/camera_info "
+        "(sensor_msgs/msg/CameraInfo) of a pinhole camera without distortion: f = height / (2 "
+        "tan(field_of_view / 2)), x = (u - cx) z / f with cx = (width - 1) / 2, and so y. The node's thread "
+        "makes the messages, of what has readers, the newest where several pictures are left; so give this "
+        "block the camera's period. Sources: REP 103 and REP 118. Errors: no picture, a name of a topic "
+        "that ROS 2 does not allow.");
 }
 
 } // namespace bf::ros2

@@ -188,11 +188,10 @@ void add_lifecycle(Library& library) {
         "Lifecycle",
         "Makes the node a managed one: its services change_state, get_state, get_available_states, "
         "get_available_transitions and get_transition_graph, and the topic transition_event, are those of "
-        "lifecycle nodes (lifecycle_msgs), and the outputs tell its state from the next step on. What of the "
-        "diagram is in a subsystem that `active` enables runs as long as the node is active; the others go "
-        "on. "
-        "What is asked for is done, or refused where the state has no such transition. "
-        "Source: ROS 2 design, Managed nodes.");
+        "lifecycle nodes (lifecycle_msgs), and the outputs tell its state from the next step on. What of "
+        "the diagram is in a subsystem that `active` enables runs as long as the node is active; the others "
+        "go on. What is asked for is done, or refused where the state has no such transition. Source: ROS 2 "
+        "design, Managed nodes.");
 }
 
 } // namespace bf::ros2

@@ -152,10 +152,9 @@ void add_transforms(Library& library) {
     library.group("topics").add<PublishTransforms>(
         "PublishTransforms",
         "Publishes homogeneous transforms as tf has them (tf2_msgs/msg/TFMessage), on /tf or /tf_static, "
-        "such as "
-        "those that ForwardKinematics gives; a port for each child frame. Where only the base moves in the "
-        "world, a robot_state_publisher tells the rest from joint_states. "
-        "Errors: a frame twice or in itself; no package tf2_msgs.");
+        "such as those that ForwardKinematics gives; a port for each child frame. Where only the base moves "
+        "in the world, a robot_state_publisher tells the rest from joint_states. Errors: a frame twice or "
+        "in itself; no package tf2_msgs.");
 }
 
 } // namespace bf::ros2

@@ -5,9 +5,12 @@
 #include <fcntl.h>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <poll.h>
+#include <sched.h>
 #include <signal.h>
 #include <string>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 #include <vector>
@@ -26,16 +29,24 @@ struct Folder {
         std::filesystem::temp_directory_path() / ("bf_middleware_test_" + std::to_string(getpid()));
 };
 
-/// Another program, which is ended by force.
+/// Where another program runs.
+struct ProgramOptions {
+    std::map<std::string, std::string> variables = {}; ///< of its environment, beside ours
+    int network = -1;                                  ///< -1: ours
+};
+
+/// Another program, which is ended by force, and with the test at the latest.
 class Program {
   public:
-    explicit Program(std::vector<std::string> words) {
+    explicit Program(std::vector<std::string> words, const ProgramOptions& options = {}) {
         int ends[2];
         if (pipe2(ends, O_CLOEXEC) != 0) return;
         process_ = fork();
         if (process_ == 0) {
+            prctl(PR_SET_PDEATHSIG, SIGKILL);
+            if (options.network >= 0) setns(options.network, CLONE_NEWNET);
             dup2(ends[1], STDOUT_FILENO);
-            setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST", 1);
+            for (const auto& [name, value] : options.variables) setenv(name.c_str(), value.c_str(), 1);
             std::vector<char*> arguments;
             for (auto& word : words) arguments.push_back(word.data());
             arguments.push_back(nullptr);
@@ -49,6 +60,7 @@ class Program {
         end();
         close(out_);
     }
+    void signal(int which) const { kill(process_, which); }
     /// Its exit code; -1: it has none.
     int end(int signal = SIGKILL) {
         if (process_ <= 0) return -1;
@@ -58,7 +70,7 @@ class Program {
         process_ = 0;
         return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
     }
-    /// What it prints next; empty when it has ended, or says nothing for half a minute.
+    /// What it prints next; empty when it has ended, or says nothing for a minute.
     std::string line() {
         for (;;) {
             if (const auto newline = text_.find('\n'); newline != std::string::npos) {
@@ -68,7 +80,7 @@ class Program {
             }
             pollfd waits{out_, POLLIN, 0};
             char bytes[4096];
-            if (poll(&waits, 1, 30'000) != 1) return "";
+            if (poll(&waits, 1, 60'000) != 1) return "";
             const auto count = read(out_, bytes, sizeof bytes);
             if (count <= 0) return "";
             text_.append(bytes, static_cast<std::size_t>(count));

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <vector>
 
@@ -21,6 +22,7 @@ class Program {
         fflush(stdout);
         process_ = fork();
         if (process_ != 0) return;
+        prctl(PR_SET_PDEATHSIG, SIGKILL); // it does not outlive a test that is ended
         if (freopen(says.c_str(), "a", stdout) == nullptr || freopen(says.c_str(), "a", stderr) == nullptr)
             _exit(1);
         std::vector<char*> arguments;

@@ -1,13 +1,16 @@
 #include "linearised_run.hpp"
 
+#include "bf/core/differenced.hpp"
 #include "bf/program/program.hpp"
 #include "differential.hpp"
 #include "look.hpp"
 #include "named.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <map>
+#include <set>
 #include <utility>
 
 namespace bf::analysis {
@@ -29,6 +32,52 @@ void check_steps(const Diagram& d) {
     if (d.conditions.size() > 1)
         throw RunError(d.conditions[1].path + ": conditional subsystems are differentiated over a run where "
                                               "all blocks of the model are rules");
+}
+
+/// What blocks hand on outside of the diagram has derivatives only where the owner is Differenced: others are
+/// refused where they lie between what moves and the cost. Blocks that share a resource read and write it.
+void check_outside(const Diagram& d, const Context& context, const std::set<int>& moved, int cost) {
+    std::set<int> owners;
+    for (const int n : context.outside()) owners.insert(n);
+    std::set<int> unknown = owners;
+    for (const int n : context.devices()) unknown.insert(n);
+    const auto block = [&](int n) { return d.nodes[static_cast<std::size_t>(n)].block.get(); };
+    const auto is_known = [&](int n) {
+        if (dynamic_cast<const Differenced*>(block(n))) return true;
+        const auto* started = dynamic_cast<const WarmStarted*>(block(n));
+        if (started && started->is_exact()) return true;
+        const auto& providers = d.nodes[static_cast<std::size_t>(n)].providers;
+        return !owners.contains(n) && std::any_of(providers.begin(), providers.end(), [&](const auto& its) {
+            return its.node >= 0 && dynamic_cast<const Differenced*>(block(its.node));
+        });
+    };
+    std::erase_if(unknown, is_known);
+    if (unknown.empty()) return;
+    std::vector<std::set<int>> after(d.nodes.size()), before(d.nodes.size());
+    const auto lead = [&](int from, int to) {
+        after[static_cast<std::size_t>(from)].insert(to);
+        before[static_cast<std::size_t>(to)].insert(from);
+    };
+    for (int n = 0; n < static_cast<int>(d.nodes.size()); ++n) {
+        for (const auto& source : d.nodes[static_cast<std::size_t>(n)].sources)
+            if (source.node >= 0) lead(source.node, n);
+        for (const auto& provider : d.nodes[static_cast<std::size_t>(n)].providers)
+            if (owners.contains(provider.node)) {
+                lead(provider.node, n);
+                lead(n, provider.node);
+            }
+    }
+    const auto along = [](const std::vector<std::set<int>>& next) {
+        return [&next](int node, auto&& go) {
+            for (const int other : next[static_cast<std::size_t>(node)]) go(other);
+        };
+    };
+    const auto driven = reached(moved, along(after)), seen = reached({cost}, along(before));
+    for (const int n : unknown)
+        if (driven.contains(n) && seen.contains(n))
+            throw RunError(d.nodes[static_cast<std::size_t>(n)].path +
+                           ": its state lives outside of the diagram, and no derivative of it is known; "
+                           "leave it out of the path to the cost, or let its block be bf::Differenced");
 }
 
 } // namespace
@@ -66,6 +115,8 @@ void go_along(const Simulation& like, const std::vector<Element>& by, const Elem
         result.at[i] = read_value(run.context().data(end.node, end.slot), slot.type, number);
     }
     for (const auto& [end, rows] : seeds) differential.set({end.first, end.second}, rows);
+    std::set<int> moved;
+    for (const auto& place : by) moved.insert(place.end.node);
     const auto program = program::lower(d);
     for (const auto& set : program.sets) { // initial states
         if (set.source.node < 0) continue;
@@ -75,7 +126,9 @@ void go_along(const Simulation& like, const std::vector<Element>& by, const Elem
         differential.set(set.quantity, found->second.rows() == elements
                                            ? found->second
                                            : Matrix(found->second.replicate(elements, 1)));
+        moved.insert(set.quantity.node);
     }
+    check_outside(d, run.context(), moved, cost.end.node);
 
     Matrix slopes = Matrix::Zero(1, count);
     std::vector<std::byte> before(run.context().snapshot_size());

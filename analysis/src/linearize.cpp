@@ -30,19 +30,6 @@ struct Channel {
     std::string name = {}; ///< as the signal was asked for
 };
 
-/// Those nodes, and all that are reached from them: `visit(node, go)` calls `go` of each neighbour.
-template <class Visit> std::set<int> reached(std::set<int> nodes, Visit&& visit) {
-    std::vector<int> pending(nodes.begin(), nodes.end());
-    while (!pending.empty()) {
-        const int node = pending.back();
-        pending.pop_back();
-        visit(node, [&](int other) {
-            if (nodes.insert(other).second) pending.push_back(other);
-        });
-    }
-    return nodes;
-}
-
 class Linearization {
   public:
     Linearization(Simulation& run, const LinearizeOptions& options)

@@ -4,6 +4,7 @@
 #include "bf/elaborate/diagram.hpp"
 
 #include <functional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -28,5 +29,18 @@ struct Named {
 Named named(const std::string& name, const std::function<Node::End(const std::string& path)>& look);
 /// Empty: it has no such element.
 std::vector<int> elements(const Diagram& d, const Named& named);
+
+/// Those nodes, and all that are reached from them: `visit(node, go)` calls `go` of each neighbour.
+template <class Visit> std::set<int> reached(std::set<int> nodes, Visit&& visit) {
+    std::vector<int> pending(nodes.begin(), nodes.end());
+    while (!pending.empty()) {
+        const int node = pending.back();
+        pending.pop_back();
+        visit(node, [&](int other) {
+            if (nodes.insert(other).second) pending.push_back(other);
+        });
+    }
+    return nodes;
+}
 
 } // namespace bf::analysis

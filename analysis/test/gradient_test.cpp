@@ -2,6 +2,8 @@
 #include "bf/analysis/gradient.hpp"
 
 #include "bf/analysis/linearize.hpp"
+#include "bf/core/differenced.hpp"
+#include "bf/core/registry.hpp"
 
 #include "../../engine/test/support.hpp"
 
@@ -71,8 +73,103 @@ double cost_of_run(Runs& session, double duration) {
     return total;
 }
 
-std::string refusal_of(const std::string& text, const GradientOptions& options) {
-    const Runs session(text);
+/// y = sin(u) by a method, which is no rule.
+struct Bend final : Block {
+    using Block::Block;
+    Input<double> u{this, "u"};
+    Output<double> y{this, "y"};
+    Status output(Now at, Out out) const noexcept override {
+        out[y] = std::sin(at[u]);
+        return ok;
+    }
+};
+
+/// A number outside of the diagram, and one that cannot be saved.
+struct Kept {
+    double value = 0;
+    std::size_t state_size() const { return 1; }
+    void save(double* to) const { *to = value; }
+    void restore(const double* from) { value = *from; }
+};
+struct Unsaved {
+    double value = 0;
+};
+
+/// u of the step before.
+template <class T> struct Late : Block {
+    using Block::Block;
+    OutsideState<T> kept{this, [] { return std::make_shared<T>(); }};
+    Input<double> u{this, "u"};
+    Output<double> y{this, "y"};
+    Status output(Now at, Out out) const noexcept override {
+        out[y] = at[kept].value;
+        return ok;
+    }
+    Status update(Now at, Next) const noexcept override {
+        at[kept].value = at[u];
+        return ok;
+    }
+};
+
+/// √u by Newton's steps from the last root.
+struct Root final : Block, WarmStarted {
+    using Block::Block;
+    OutsideState<Kept> last{this, [] { return std::make_shared<Kept>(); }};
+    Input<double> u{this, "u"};
+    Output<double> y{this, "y"};
+    Status output(Now at, Out out) const noexcept override {
+        double& root = at[last].value;
+        if (root <= 0) root = 1;
+        for (int i = 0; i < 60; ++i) root = 0.5 * (root + at[u] / root);
+        out[y] = root;
+        return ok;
+    }
+};
+
+/// Both ends of a line that is opened once, and read a step later.
+struct Line {
+    static constexpr const char* resource = "Line";
+    using Live = Kept;
+    std::shared_ptr<Kept> open() const { return std::make_shared<Kept>(); }
+};
+struct LineEnd final : Block {
+    using Block::Block;
+    Provides<Line> line{this, [] { return std::make_shared<const Line>(); }};
+    Output<double> y{this, "y"};
+    Status output(Now at, Out out) const noexcept override {
+        out[y] = at[line].value;
+        return ok;
+    }
+};
+struct LineBegin final : Block {
+    using Block::Block;
+    Requires<Line> line{this, "where it writes to"};
+    Input<double> u{this, "u"};
+    Output<double> y{this, "y"};
+    Status output(Now at, Out out) const noexcept override {
+        out[y] = at[line].value = at[u];
+        return ok;
+    }
+};
+
+const Library& outside_blocks() {
+    static const Library library = [] {
+        Library l("");
+        auto& group = l.group("test");
+        group.add<Bend>("Bend", "");
+        group.add<Late<Kept>>("Late", "");
+        group.add<Late<Unsaved>>("Device", "");
+        group.add<Root>("Root", "");
+        group.add<LineEnd>("LineEnd", "");
+        group.add<LineBegin>("LineBegin", "");
+        return l;
+    }();
+    return library;
+}
+
+std::string refusal_of(const std::string& text, const GradientOptions& options,
+                       const Library* more = nullptr) {
+    const Runs session(text, more);
     try {
         gradient(session.diagram, options);
     } catch (const RunError& error) {
@@ -237,6 +334,40 @@ TEST(Gradient, IsZeroAtTheRegulatorThatRiccatisEquationGivesOfTheLinearisedDiagr
     const auto there = gradient(best.diagram, by_gains), beside = gradient(worse.diagram, by_gains);
     EXPECT_LT(there.slopes.cwiseAbs().maxCoeff(), 1e-4 * beside.slopes.cwiseAbs().maxCoeff());
     EXPECT_LT(there.cost, beside.cost);
+}
+
+TEST(Gradient, RefusesStatesOutsideOfTheDiagramOnTheWayToTheCost) {
+    const auto model = [](const std::string& block) {
+        return "model: m\nstep: 0.1\nblocks:\n  one: {block: Constant, value: 2}\n"
+               "  a: {block: Gain, K: 2}\n  bend: {block: Bend}\n  other: {block: Gain, K: 3}\n"
+               "  outside: {block: " +
+               block +
+               "}\n  sum: {block: Sum, signs: ++}\n"
+               "connections: {one: [a, other], a: [outside, sum.u1], outside: sum.u2, other: bend}\n";
+    };
+    for (const std::string block : {"Late", "Device"}) {
+        EXPECT_NE(
+            refusal_of(model(block), {.by = {"a.K"}, .cost = "sum"}, &outside_blocks())
+                .find("outside: its state lives outside of the diagram, and no derivative of it is known"),
+            std::string::npos)
+            << block;
+        // Beside the way it does no harm.
+        EXPECT_EQ(refusal_of(model(block), {.by = {"other.K"}, .cost = "bend"}, &outside_blocks()), "");
+        EXPECT_EQ(refusal_of(model(block), {.by = {"other.K"}, .cost = "sum"}, &outside_blocks()), "");
+    }
+    // Of a solver that begins at its last solution the derivative is that of what it solves: 4 + √4.
+    Runs solver(model("Root"), &outside_blocks());
+    const auto found = gradient(
+        solver.diagram, {.by = {"a.K"}, .cost = "sum", .over = GradientOptions::Over::end, .duration = 0.3});
+    EXPECT_NEAR(found.cost, 6, 1e-12);
+    EXPECT_NEAR(found.slopes[0], 2 + 2 / (2 * std::sqrt(4.0)), 1e-9);
+    // What is shared goes from one block to another without a wire.
+    const std::string line = "model: m\nstep: 0.1\nblocks:\n  one: {block: Constant, value: 2}\n"
+                             "  a: {block: Gain, K: 2}\n  begin: {block: LineBegin}\n"
+                             "  end: {block: LineEnd}\nconnections: {one: a, a: begin}\n";
+    EXPECT_NE(refusal_of(line, {.by = {"a.K"}, .cost = "end"}, &outside_blocks())
+                  .find("end: its state lives outside of the diagram"),
+              std::string::npos);
 }
 
 TEST(Gradient, RefusesByNameWhatIsNotDifferentiated) {

@@ -1,5 +1,6 @@
 #include "bf/control/mpc.hpp"
 #include "bf/control/riccati.hpp"
+#include "bf/core/differenced.hpp"
 #include "checks.hpp"
 #include "control/control.hpp"
 
@@ -119,7 +120,7 @@ struct Bounds {
     Parameter<Vector> lower, upper;
 };
 
-class PredictiveControl final : public Block {
+class PredictiveControl final : public Block, public WarmStarted {
   public:
     using Block::Block;
     Argument<int> horizon{this, "horizon", {.initial = 20, .minimum = 1, .doc = "N, steps"}};
@@ -307,6 +308,7 @@ class PredictiveControl final : public Block {
     }
 
   private:
+    bool is_exact() const override { return *solver == "daqp"; }
     bool has_bounds() const { return !bounded->empty(); }
     Mpc::Options options() const {
         Mpc::Options options;

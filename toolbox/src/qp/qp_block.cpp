@@ -1,6 +1,7 @@
 #include "qp/qp_block.hpp"
 
 #include "bf/core/changes.hpp"
+#include "bf/core/differenced.hpp"
 #include "bf/kernels/elementwise.hpp"
 #include "bf/qp/sensitivity.hpp"
 #include "bf/qp/solver.hpp"
@@ -14,7 +15,7 @@ namespace {
 
 /// min ½ xᵀHx + gᵀx subject to lbA ≤ Ax ≤ ubA, lb ≤ x ≤ ub: ports and rules of all QP blocks, which differ in
 /// their solvers and numbers of outcomes.
-class QuadraticProgram : public Block, public Differentiable {
+class QuadraticProgram : public Block, public Differentiable, public WarmStarted {
     const char* outcomes_;
 
   public:
@@ -105,7 +106,6 @@ class QuadraticProgram : public Block, public Differentiable {
     int constraints() const { return A.is_present() ? size(A).rows : 0; }
 
   private:
-    virtual bool is_exact() const { return true; }
     std::optional<UpdateRule> made_if(bool is_present) {
         if (!is_present) return {};
         return UpdateRule(this, kernels::Copy{}, next(last_objective), objective);

@@ -1,3 +1,4 @@
+#include "bf/core/differenced.hpp"
 #include "bf/dynamics/tasks.hpp"
 #include "bf/qp/hierarchy.hpp"
 #include "rigid_body/robot_block.hpp"
@@ -187,7 +188,7 @@ bool is_usable(const qp::Hierarchy::Result& result) {
     return result.status == qp::Status::solved || result.levels > 0;
 }
 
-class HierarchicalQP final : public Block {
+class HierarchicalQP final : public Block, public WarmStarted {
   public:
     using Block::Block;
     Levels levels{this, "rows"};
@@ -260,7 +261,7 @@ class HierarchicalQP final : public Block {
     }
 };
 
-class TaskSpaceInverseDynamics final : public VelocityBlock {
+class TaskSpaceInverseDynamics final : public VelocityBlock, public WarmStarted {
   public:
     using VelocityBlock::VelocityBlock;
     Argument<Names> surfaces{

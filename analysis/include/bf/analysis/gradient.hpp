@@ -53,7 +53,8 @@ struct Gradient {
 /// Where a block is no rule, a run is made, and its steps are linearised one by one along all parameters at
 /// once (forward): rules and blocks that declare their derivative exactly, such as rigid bodies and quadratic
 /// programs by their active set; other methods, and physics worlds that are Differenced with what is read and
-/// commanded through them, by central differences of single calls. Such a model has no continuous states.
+/// commanded through them, by central differences of single calls. Such a model has no continuous states, and
+/// no other block with a state outside of the diagram between `by` and the cost, unless it is WarmStarted.
 ///
 /// Throws RunError that names the block or signal and the remedy: solvers with error control, kernels that
 /// need numbers of the machine, algebraic loops, iterations, triggers and events; unknown names; a run that

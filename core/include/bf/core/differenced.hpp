@@ -19,4 +19,14 @@ class Differenced {
     virtual ~Differenced() = default;
 };
 
+/// A block whose state outside of the diagram is where a solver begins says so by this base: what it computes
+/// depends on that state by rounding alone, so that gradients of runs may leave it out.
+class WarmStarted {
+  public:
+    virtual bool is_exact() const { return true; } ///< false: it ends at a tolerance instead
+
+  protected:
+    virtual ~WarmStarted() = default;
+};
+
 } // namespace bf

@@ -123,9 +123,14 @@ void go_along(const Simulation& like, const std::vector<Element>& by, const Elem
         const auto found = seeds.find({set.source.node, set.source.slot});
         if (found == seeds.end()) continue;
         const int elements = d.slot(set.quantity).size.count();
-        differential.set(set.quantity, found->second.rows() == elements
-                                           ? found->second
-                                           : Matrix(found->second.replicate(elements, 1)));
+        // A state may be a seed itself: it then begins at the parameter and what is added to it.
+        const auto own = seeds.find({set.quantity.node, set.quantity.slot});
+        Matrix rows = own == seeds.end() ? Matrix::Zero(elements, count) : own->second;
+        if (found->second.rows() == elements)
+            rows += found->second;
+        else
+            rows += found->second.replicate(elements, 1);
+        differential.set(set.quantity, rows);
         moved.insert(set.quantity.node);
     }
     check_outside(d, run.context(), moved, cost.end.node);

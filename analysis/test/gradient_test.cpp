@@ -336,6 +336,26 @@ TEST(Gradient, IsZeroAtTheRegulatorThatRiccatisEquationGivesOfTheLinearisedDiagr
     EXPECT_LT(there.cost, beside.cost);
 }
 
+TEST(Gradient, ByAnInitialStateAndItsParameterCountsBoth) {
+    // x' = sin(0.9 x).
+    Runs session("model: m\nstep: 0.1\nblocks:\n  x: {block: UnitDelay, initial: 0.5}\n"
+                 "  a: {block: Gain, K: 0.9}\n  bend: {block: Bend}\n"
+                 "connections: {x: a, a: bend, bend: x}\n",
+                 &outside_blocks());
+    const auto found = gradient(
+        session.diagram,
+        {.by = {"x.initial", "x.x"}, .cost = "x", .over = GradientOptions::Over::end, .duration = 0.5});
+    double x = 0.5, slope = 1;
+    for (int k = 0; k < 5; ++k) {
+        slope *= 0.9 * std::cos(0.9 * x);
+        x = std::sin(0.9 * x);
+    }
+    EXPECT_NEAR(found.cost, x, 1e-14);
+    EXPECT_NEAR(found.slopes[0], slope, 1e-9);
+    EXPECT_NEAR(found.slopes[1], slope, 1e-9);
+    EXPECT_EQ(found.differenced, std::vector<std::string>{"bend"});
+}
+
 TEST(Gradient, RefusesStatesOutsideOfTheDiagramOnTheWayToTheCost) {
     const auto model = [](const std::string& block) {
         return "model: m\nstep: 0.1\nblocks:\n  one: {block: Constant, value: 2}\n"

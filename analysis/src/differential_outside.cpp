@@ -61,14 +61,14 @@ void Differential::with_outside(int node, Phase phase, int index) {
     const auto count = static_cast<Eigen::Index>(seeds.size());
     Matrix written = Matrix::Zero(results, count), after = Matrix::Zero(state.size(), count);
     const Matrix moved = outside_.spread(static_cast<int>(numbers), columns());
-    Vector sides[2];
+    Vector put[2], sides[2], results_of[2] = {Vector(results), Vector(results)};
     std::vector<Matrix> read;
     for (const auto& part : from) read.push_back(slopes(part.slopes).spread(part.count, columns()));
-    say(true);
     const std::shared_ptr<void> end(nullptr, [&](void*) {
         say(false);
         context_.restore(here.data());
     });
+    say(true);
     for (Eigen::Index c = 0; c < count; ++c) {
         const int seed = seeds[static_cast<std::size_t>(c)];
         double most = 0;
@@ -81,8 +81,10 @@ void Differential::with_outside(int node, Phase phase, int index) {
         for (std::size_t p = 0; p < from.size(); ++p) count_in(read[p].col(seed), values[p]);
         const double step = std::cbrt(std::numeric_limits<double>::epsilon()) / most;
         for (const double side : {1.0, -1.0}) {
+            const int s = side < 0;
             there = here;
-            saved(there) += side * step * moved.col(seed);
+            put[s] = state + side * step * moved.col(seed);
+            saved(there) = put[s];
             context_.restore(there.data());
             for (std::size_t p = 0; p < from.size(); ++p)
                 for (int e = 0; e < from[p].count; ++e)
@@ -90,16 +92,23 @@ void Differential::with_outside(int node, Phase phase, int index) {
             if (!task())
                 fail(node, "it fails beside this operating point, so that its derivative cannot be found");
             context_.save(there.data());
-            sides[side < 0] = saved(there);
+            sides[s] = saved(there);
             Eigen::Index i = 0;
             for (const auto& part : to)
-                for (int e = 0; e < part.count; ++e)
-                    written(i++, c) += side / (2 * step) * read_value(part.data, part.type, e);
+                for (int e = 0; e < part.count; ++e) results_of[s][i++] = read_value(part.data, part.type, e);
         }
         // Limits may be infinite, and what is not used NaN: they do not move.
+        const auto slope = [step](double above, double below) {
+            const bool is_still = above == below || (std::isnan(above) && std::isnan(below));
+            return is_still ? 0 : (above - below) / (2 * step);
+        };
+        for (Eigen::Index i = 0; i < results; ++i) written(i, c) = slope(results_of[0][i], results_of[1][i]);
+        // What the call leaves alone, as the states of other owners, keeps its slopes to the last digit.
         for (Eigen::Index i = 0; i < state.size(); ++i)
-            if (std::isfinite(state[i]) && sides[0][i] != sides[1][i])
-                after(i, c) = (sides[0][i] - sides[1][i]) / (2 * step);
+            if (sides[0][i] == put[0][i] && sides[1][i] == put[1][i])
+                after(i, c) = moved(i, seed);
+            else if (std::isfinite(state[i]))
+                after(i, c) = slope(sides[0][i], sides[1][i]);
     }
     if (count > 0) differenced_.insert(node);
     if (!written.allFinite() || !after.allFinite())

@@ -13,6 +13,9 @@ Injection::Injection(Simulation& run, const Element& at, std::function<double(do
         throw RunError("'" + at.name +
                        "' is a state, to which nothing is added and which nobody reads as a signal; name an "
                        "output of its block, or what it follows from");
+    if (slot.type != Type::float64 && slot.type != Type::float32)
+        throw RunError("'" + at.name + "' is of type " + name(slot.type) +
+                       ", to which nothing is added; choose a signal of real numbers");
     data_ =
         static_cast<std::byte*>(run.context().data(at.end.node, at.end.slot)) + at.number * bytes(slot.type);
     is_double_ = slot.type == Type::float64;

@@ -520,6 +520,21 @@ TEST(TuneLoop, OfOneGainSaysWhatCanBeHad) {
     EXPECT_NE(both.find(text), std::string::npos) << both;
 }
 
+TEST(TuneLoop, HoldsNoSignalsThatAreNotReal) {
+    std::string text = loop_of(two_lags);
+    text.replace(text.find("connections"), 0,
+                 "  c: {block: Sine, frequency: \"[1 2]\"}\n  are: {block: CompareToZero}\n");
+    text.replace(text.find("connections: {"), 14, "connections: {c: are, ");
+    Tuned session(text);
+    try {
+        simulated_step(*session.simulation, "pid", 1, 0.01, {"are"});
+        FAIL();
+    } catch (const RunError& error) {
+        EXPECT_STREQ(error.what(),
+                     "'are' is of type boolean, to which nothing is added; choose a signal of real numbers");
+    }
+}
+
 TEST(TuneLoop, SaysWhichBlockLetsNothingPass) {
     std::string stepped = loop_of(two_lags);
     stepped.replace(stepped.find("connections"), 0, "  q: {block: Quantize, interval: 0.05}\n");

@@ -47,15 +47,20 @@ class Held {
 
 SimulatedStep simulated_step(Simulation& run, const std::string& loop, double duration, double height,
                              const std::vector<std::string>& open, const std::function<bool()>& go_on) {
+    if (!(duration > 0) || !std::isfinite(duration))
+        throw RunError("a step is simulated for longer than 0 s, not for " + short_text(duration) + " s");
+    if (!std::isfinite(height)) throw RunError("the height of a step is a number, not " + short_text(height));
+    constexpr double most_steps = 1e8; // of which each takes four numbers
+    if (duration / run.period() > most_steps)
+        throw RunError("a step of " + short_text(duration) + " s has " + short_text(duration / run.period()) +
+                       " samples, of which " + short_text(most_steps) +
+                       " can be kept; simulate it for a shorter time");
     const Element at = find_element(run.diagram(), loop);
     const auto start = run.snapshot();
     const double value =
         read_value(run.context().data(at.end.node, at.end.slot), run.diagram().slot(at.end).type, at.number);
     SimulatedStep found{
         .time = {}, .value = {}, .height = height != 0 ? height : 0.01 * std::max(1.0, std::abs(value))};
-    if (!(duration > 0) || !std::isfinite(duration))
-        throw RunError("a step is simulated for longer than 0 s, not for " + short_text(duration) + " s");
-    if (!std::isfinite(height)) throw RunError("the height of a step is a number, not " + short_text(height));
     /// What the loop's block computes, after each step's outputs.
     struct Watch final : Run::Observer {
         Injection* injection = nullptr;
@@ -64,7 +69,7 @@ SimulatedStep simulated_step(Simulation& run, const std::string& loop, double du
             if (!of.shows_event() && values.size() < values.capacity()) values.push_back(injection->own());
         }
     };
-    const auto steps = static_cast<std::size_t>(std::ceil(duration / run.period()));
+    const auto steps = static_cast<std::size_t>(run.steps_before(duration));
     const auto back = [&](double added) {
         run.restore(start);
         const Held held(run, open);

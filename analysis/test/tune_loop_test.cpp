@@ -590,6 +590,19 @@ TEST(TuneLoop, ASimulatedStepIsThatOfTheClosedLoop) {
         if (k >= simulated.value.size() || std::abs(simulated.time[k] - linear.time[i]) > 1e-9) continue;
         EXPECT_NEAR(simulated.value[k], linear.value[i], 1e-6) << linear.time[i];
     }
+    // Sentences for what cannot be simulated.
+    const auto refusal = [&](double duration, const std::vector<std::string>& open) -> std::string {
+        try {
+            simulated_step(run, "pid", duration, 0.01, open);
+        } catch (const RunError& error) {
+            return error.what();
+        }
+        return {};
+    };
+    for (const double duration : {1e300, 1e9})
+        EXPECT_NE(refusal(duration, {}).find("simulate it for a shorter time"), std::string::npos)
+            << duration;
+    EXPECT_NE(refusal(NAN, {}).find("longer than 0 s"), std::string::npos);
     // Where the limit is met the loop does less.
     const auto limited = simulated_step(run, "pid", 5, -3);
     EXPECT_GT(std::abs(limited.value[1000] - simulated.value[1000]), 0.05);

@@ -24,8 +24,9 @@ StepMeasures measure_step(const std::vector<double>& time, const std::vector<dou
             const double outside = std::abs(value[i] - final) - width;
             if (outside <= 0) continue;
             if (!(outside > 0) || i + 1 == value.size()) return nan;
-            const double share =
-                is_sampled ? 1 : outside / (outside + width - std::abs(value[i + 1] - final));
+            // On the line to the next sample, which may lie on the other side of the final value.
+            const double side = value[i] < final ? -1 : 1;
+            const double share = is_sampled ? 1 : outside / (side * (value[i] - value[i + 1]));
             return time[i] + std::min(share, 1.0) * (time[i + 1] - time[i]);
         }
         return 0.0;

@@ -48,6 +48,14 @@ TEST(StepMeasures, OfAnExponentialAreItsLogarithms) {
     EXPECT_EQ(found.overshoot, 0);
 }
 
+TEST(StepMeasures, SettleOnTheLineThatCrossesTheFinalValue) {
+    // From +0.05 to -0.01 around 1, which is within 0.02 from half of the way on; and the mirror image.
+    for (const double side : {1.0, -1.0})
+        EXPECT_NEAR(
+            measure_step({0, 1, 2, 3}, {0, 1 + side * 0.05, 1 - side * 0.01, 1}, 1, false).settling_time, 1.5,
+            1e-12);
+}
+
 TEST(StepMeasures, SayWhatThereIsNot) {
     // What comes to 0 has nothing to be relative to, but settles within its own size.
     const auto [time, value] = sampled([](double t) { return t * std::exp(-t); }, 1e-3, 20);

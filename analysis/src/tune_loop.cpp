@@ -16,12 +16,15 @@ void check(const TuneOptions& asked, const LoopByGains& loop) {
     const bool has_speed = asked.crossover != 0 || asked.bandwidth != 0;
     if (asked.crossover != 0 && asked.bandwidth != 0)
         throw RunError("a crossover and a bandwidth say the same; give one of them");
-    if (has_speed && !(asked.crossover > 0) && !(asked.bandwidth > 0))
-        refuse("a crossover or bandwidth", asked.crossover + asked.bandwidth);
+    if (const double speed = asked.crossover + asked.bandwidth;
+        has_speed && !(speed > 0 && std::isfinite(speed)))
+        refuse("a crossover or bandwidth", speed);
     if (asked.phase_margin && !(*asked.phase_margin > 0 && *asked.phase_margin < 180))
         throw RunError("a phase margin lies between 0 and 180 degrees, not at " +
                        short_text(*asked.phase_margin));
     if (asked.overshoot && !(*asked.overshoot > 0)) refuse("an overshoot", *asked.overshoot);
+    if (!(asked.gain_margin >= 0) || !std::isfinite(asked.gain_margin))
+        throw RunError("a gain margin is at least 0 dB, not " + short_text(asked.gain_margin) + " dB");
     if (loop.count() == 0) throw RunError("name gains by which the loop is tuned");
     if (loop.count() > 2 && !loop.is_pid())
         throw RunError(

@@ -520,6 +520,23 @@ TEST(TuneLoop, OfOneGainSaysWhatCanBeHad) {
     EXPECT_NE(both.find(text), std::string::npos) << both;
 }
 
+TEST(TuneLoop, RefusesNumbersThatMeanNothing) {
+    const auto refused = [](const TuneOptions& options, const std::string& part) {
+        const auto text = refused_tuning(loop_of(two_lags), options);
+        EXPECT_NE(text.find(part), std::string::npos) << text;
+    };
+    const std::vector<std::string> by{"pid"};
+    for (const double margin : {-3.0, double(NAN), double(INFINITY)})
+        refused({.loop = "pid", .by = by, .crossover = 1, .gain_margin = margin},
+                "a gain margin is at least 0 dB, not ");
+    for (const double speed : {-1.0, double(NAN), double(INFINITY)}) {
+        refused({.loop = "pid", .by = by, .crossover = speed},
+                "a crossover or bandwidth is a number above 0");
+        refused({.loop = "pid", .by = by, .bandwidth = speed},
+                "a crossover or bandwidth is a number above 0");
+    }
+}
+
 TEST(TuneLoop, HoldsNoSignalsThatAreNotReal) {
     std::string text = loop_of(two_lags);
     text.replace(text.find("connections"), 0,

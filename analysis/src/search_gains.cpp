@@ -50,9 +50,11 @@ class SeveralGains {
         for (std::size_t i = 0; i < at.size(); ++i) {
             const auto [low, high] = loop_.range(i);
             const double size = std::abs(at[i]);
-            // To the side on which it is farther from its limits.
-            double to = size + 1e-3 * size_of(at[i]);
-            if (to > high) to = std::max(low, size - 1e-3 * size_of(at[i]));
+            // To the side on which it is farther from its limits; by much, as what is affine has no curvature
+            // and the gains that are found may be far greater.
+            const double by = size != 0 ? 0.25 * size : 1e3 * size_of(0);
+            double to = size + by;
+            if (to > high) to = std::max(low, size - by);
             if (to == size) to = std::min(high, size + 0.5 * (high - low));
             Gains moved = at;
             moved[i] = loop_.sign(i) * to;
@@ -178,7 +180,10 @@ class SeveralGains {
             for (Eigen::Index i = 0; i < n; ++i) {
                 Vector moved = at;
                 moved[i] += at[i] + probe <= high[i] ? probe : -probe;
-                J.col(i) = (misses(moved, omega, value) - r) / (moved[i] - at[i]);
+                Vector change = misses(moved, omega, value) - r;
+                // Of log(L moved / L), also where the phase of one lies beyond half a turn.
+                change[1] = std::remainder(change[1], 2 * std::numbers::pi);
+                J.col(i) = change / (moved[i] - at[i]);
             }
             if (!J.allFinite()) break;
             Vector down = -J.transpose() * r;

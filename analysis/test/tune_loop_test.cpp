@@ -577,6 +577,19 @@ TEST(TuneLoop, EndsWhenItIsAsked) {
     }
 }
 
+TEST(TuneLoop, FindsGainsFarGreaterThanTheModelsWithoutASearch) {
+    int sets = 0;
+    const auto count = [&] { return ++sets > 0; };
+    const auto found =
+        tuned(loop_of(two_lags, "P: 1e-4, I: 1e-5"),
+              {.loop = "pid", .by = {"pid"}, .crossover = 1, .phase_margin = 60, .go_on = count});
+    const auto near = tuned(loop_of(two_lags),
+                            {.loop = "pid", .by = {"pid"}, .crossover = 1, .phase_margin = 60, .go_on = {}});
+    for (std::size_t i = 0; i < 2; ++i)
+        EXPECT_NEAR(found.gains[i].after, near.gains[i].after, 1e-10 * std::abs(near.gains[i].after));
+    EXPECT_LT(sets, 10);
+}
+
 TEST(TuneLoop, ChangesTheGainsOfTheRunAlone) {
     Tuned session(loop_of(two_lags)), other(loop_of(two_lags));
     session.trace("plant", 20);

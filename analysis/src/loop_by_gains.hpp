@@ -48,6 +48,7 @@ class LoopByGains {
     TunedLoop::State state(const Gains& gains);
     /// Leaves the run at the state that it had, with these gains.
     void finish(const Gains& gains, bool accepts);
+    void give_up() { run_.restore(start_); } ///< with the gains that it had
     /// Throws RunError where nothing comes back with the model's gains, nor with slightly others, with what
     /// is in the way; and for a gain that changes nothing.
     void require_effect();

@@ -88,8 +88,15 @@ SimulatedStep simulated_step(Simulation& run, const std::string& loop, double du
         }
         return watch.values;
     };
-    const std::shared_ptr<void> end(nullptr, [&](void*) { run.restore(start); });
-    const auto still = back(0), stepped = back(found.height);
+    std::vector<double> still, stepped;
+    try {
+        still = back(0);
+        stepped = back(found.height);
+    } catch (...) {
+        run.restore(start);
+        throw;
+    }
+    run.restore(start);
     for (std::size_t k = 0; k < steps; ++k) {
         found.time.push_back(static_cast<double>(k) * run.period());
         found.value.push_back(-(stepped[k] - still[k]) / found.height);

@@ -60,7 +60,6 @@ void verify(const TuneOptions& asked, const Margins& m) {
 } // namespace
 
 TunedLoop tune_loop(Simulation& run, const TuneOptions& asked) {
-    const auto here = run.snapshot();
     LoopByGains loop(run, asked);
     try {
         check(asked, loop);
@@ -83,8 +82,7 @@ TunedLoop tune_loop(Simulation& run, const TuneOptions& asked) {
         loop.finish(gains, true);
         return found;
     } catch (...) {
-        loop.finish(loop.first(), false);
-        run.restore(here);
+        loop.give_up();
         throw;
     }
 }

@@ -157,6 +157,7 @@ int DualRun::bind(int node, Phase phase, int index) {
     std::size_t plain = 0, list = call->operands.size() - (call->list_from >= 0 ? listed : 0);
     const auto first_of_list = list;
     std::vector<std::pair<int, int>> reads, writes;
+    std::array<int, 2> factors{-1, -1}; // of what is no list
     for (std::size_t k = 0; k < call->operands.size(); ++k) {
         const auto& operand = call->operands[k];
         Size size;
@@ -170,6 +171,7 @@ int DualRun::bind(int node, Phase phase, int index) {
         memory[is_listed ? list++ : plain++] = {numbers, size.rows, size.cols};
         if (operand.slot < 0 || size.count() == 0) continue; // constants and clocks
         const std::pair<int, int> cells(static_cast<int>(numbers - cells_.data()), size.count());
+        if (k == 1 || k == 2) factors[k - 1] = cells.first;
         const auto add = [&](auto& to) {
             if (std::find(to.begin(), to.end(), cells) == to.end()) to.push_back(cells);
         };
@@ -187,6 +189,7 @@ int DualRun::bind(int node, Phase phase, int index) {
                       node,
                       structure,
                       is_product,
+                      factors,
                       std::move(reads),
                       std::move(writes)});
     return static_cast<int>(bound_.size()) - 1;

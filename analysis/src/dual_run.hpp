@@ -6,6 +6,7 @@
 #include "bf/program/program.hpp"
 #include "dual_kernels.hpp"
 
+#include <array>
 #include <memory>
 #include <string>
 #include <vector>
@@ -71,6 +72,7 @@ class DualRun {
         int node;
         Structure structure;
         bool is_product;                                ///< of the second and third view, matrices
+        std::array<int, 2> factors;                     ///< their first cells; -1: a constant
         std::vector<std::pair<int, int>> reads, writes; ///< first cell and count
     };
     struct Instruction {

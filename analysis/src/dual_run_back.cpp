@@ -85,14 +85,13 @@ void DualRun::go_back_through_product(const Bound& task) {
         for (int e = 0; e < view.size(); ++e) all.data()[e] = view[e].value;
         return all;
     };
-    const auto add = [&](const kernels::View<Dual>& view, const Matrix& more) {
-        const auto cell = view.data - cells_.data();
-        if (cell < 0 || cell >= static_cast<std::ptrdiff_t>(cells_.size())) return; // a constant
+    const auto add = [&](int cell, const kernels::View<Dual>& view, const Matrix& more) {
+        if (cell < 0) return; // a constant
         Eigen::Map<Matrix>(adjoints_.data() + cell, view.rows, view.cols) += more;
     };
     const Eigen::Map<const Matrix> of_result(of_results_.data(), y.rows, y.cols);
-    add(A, of_result * values(B).transpose());
-    add(B, values(A).transpose() * of_result);
+    add(task.factors[0], A, of_result * values(B).transpose());
+    add(task.factors[1], B, values(A).transpose() * of_result);
 }
 
 void DualRun::go_back(const Bound& task) {

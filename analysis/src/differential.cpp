@@ -581,8 +581,7 @@ void Differential::by_differences(int node, Phase phase, int index) {
             slopes = (has_above ? Vector(above - here) : Vector(here - below)) / step;
         } else {
             fail(node, "it fails beside this operating point, so that its derivative cannot be found; choose "
-                       "another "
-                       "one");
+                       "another one");
         }
     };
     write(node, from, to, [&](const Matrix& directions, Matrix& slopes) {

@@ -130,8 +130,7 @@ std::string why_nothing_returns(Simulation& run, const std::string& signal,
     for (const auto& one : stops) all += (all.empty() ? "" : ", ") + one;
     return begin + all + (stops.size() == 1 ? " passes" : " pass") +
            " no small change on; it stands at a limit, has steps, or its gain is 0: choose an operating "
-           "point "
-           "at which it does not, or measure the loop in simulation";
+           "point at which it does not, or measure the loop in simulation";
 }
 
 } // namespace bf::analysis

@@ -13,9 +13,9 @@ namespace bf::analysis {
 
 struct TuneOptions {
     std::string loop = {}; ///< a signal, or an element of it: L as of negative feedback, 1 + L = 0
-    /// Gains: parameters "block.parameter", or elements of them, and variables of the model; or a block with
-    /// parameters P, I and D, which stands for P and I, and for D where the model gives one. One or two of
-    /// them, or P, I and D of a block.
+    /// Gains: parameters "block.parameter", or elements of them, and variables of the model; or a block or a
+    /// group of variables with P and I, which stands for these, and for its D where that is not 0. One or two
+    /// of them, or P, I and D of one block or group.
     std::vector<std::string> by = {};
     double crossover = 0;                    ///< where |L| = 1 [rad/s]; or
     double bandwidth = 0;                    ///< of L/(1 + L) [rad/s]

@@ -42,10 +42,7 @@ std::vector<double> frequencies_of(const Arguments& arguments) {
     if (!low || !high || !(*low > 0) || !(*high >= *low) || !std::isfinite(*high))
         throw CommandError("--frequencies " + arguments.range +
                            " is neither LOW:HIGH nor one number, in rad/s and above 0");
-    std::vector<double> all{*low};
-    for (int i = 1; i<arguments.points&& * high> * low; ++i)
-        all.push_back(*low * std::pow(*high / *low, static_cast<double>(i) / (arguments.points - 1)));
-    return all;
+    return analysis::logarithmic(*low, *high, *high > *low ? arguments.points : 1);
 }
 
 void print(const MeasuredResponse& found, double tolerance) {

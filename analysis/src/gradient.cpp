@@ -174,6 +174,14 @@ void go_through_rules(const Simulation& run, const std::vector<Element>& by, con
 
 } // namespace
 
+std::optional<GradientOptions::Way> way_named(std::string_view name) {
+    using Way = GradientOptions::Way;
+    if (name == "cheaper") return Way::cheaper;
+    if (name == "forward") return Way::forward;
+    if (name == "adjoint") return Way::adjoint;
+    return std::nullopt;
+}
+
 Gradient gradient(const Simulation& run, const GradientOptions& options) {
     const Diagram& d = run.diagram();
     if (!(options.duration >= 0) || !std::isfinite(options.duration))

@@ -401,14 +401,13 @@ void bind_simulation(nb::module_& m) {
                const std::string& way) {
                 const InUse use(self);
                 using Over = analysis::GradientOptions::Over;
-                using Way = analysis::GradientOptions::Way;
+                const auto its = analysis::way_named(way);
+                if (!its) raise("RunError", "way is 'cheaper', 'forward' or 'adjoint', not '" + way + "'");
                 const analysis::GradientOptions options{.by = std::move(by),
                                                         .cost = std::move(cost),
                                                         .over = at_end ? Over::end : Over::all,
                                                         .duration = duration,
-                                                        .way = way == "forward"   ? Way::forward
-                                                               : way == "adjoint" ? Way::adjoint
-                                                                                  : Way::cheaper};
+                                                        .way = *its};
                 const WithoutGil parallel;
                 return analysis::gradient(self.run, options);
             },

@@ -17,15 +17,10 @@ struct GradientArguments {
     ModelOptions model;
     analysis::GradientOptions options;
     bool at_end = false;
-    std::string way = "cheaper";
 };
 
 void execute(GradientArguments& arguments) {
     if (arguments.at_end) arguments.options.over = analysis::GradientOptions::Over::end;
-    using Way = analysis::GradientOptions::Way;
-    arguments.options.way = arguments.way == "forward"   ? Way::forward
-                            : arguments.way == "adjoint" ? Way::adjoint
-                                                         : Way::cheaper;
     const LoadedModel loaded = load_model(arguments.model);
     const auto found = analysis::gradient(loaded.diagram, arguments.options);
     std::printf("cost  %s\n", number(found.cost).c_str());
@@ -75,12 +70,17 @@ void add_gradient(CLI::App& app) {
         ->capture_default_str();
     command->add_flag("--at-end", arguments->at_end, "the cost is the signal's value at the end");
     command
-        ->add_option("--way", arguments->way,
-                     "forward along four parameters at a time, adjoint back from the cost to all of them at "
-                     "once, or cheaper, whichever of both is")
-        ->check(CLI::IsMember({"cheaper", "forward", "adjoint"}).description(""))
+        ->add_option_function<std::string>(
+            "--way",
+            [arguments](const std::string& text) {
+                const auto way = analysis::way_named(text);
+                if (!way) throw CLI::ValidationError("--way", "is cheaper, forward or adjoint, not " + text);
+                arguments->options.way = *way;
+            },
+            "forward along four parameters at a time, adjoint back from the cost to all of them at once, or "
+            "cheaper, whichever of both is")
         ->type_name("WAY")
-        ->capture_default_str();
+        ->default_str("cheaper");
     command->footer(
         "It is the gradient of the very numbers that a run with a solver of fixed steps computes.\n"
         "Example: bf gradient loop.yaml --cost error2 --by pid.P --by pid.I --duration 5");

@@ -127,6 +127,8 @@ TEST_F(Linearize, TellsHowTheCostOfARunChangesWithParametersAndInputs) {
     EXPECT_EQ(found.out, "cost  0\ngradient, forward\n  r       at 0  0.833333\n  gain.K  at 5  0\n");
     EXPECT_CONTAINS(bf("gradient loop.yaml --cost plant --by gian.K").err,
                     "no parameter, state or input 'gian.K'; did you mean 'gain.K'");
+    EXPECT_CONTAINS(bf("gradient loop.yaml --cost plant --by gain.K --way back").err,
+                    "--way: is cheaper, forward or adjoint, not back");
     EXPECT_EQ(bf("gradient loop.yaml --cost plant").code, 2);
 }
 

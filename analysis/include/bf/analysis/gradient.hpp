@@ -4,7 +4,9 @@
 #include "bf/analysis/linear_system.hpp"
 #include "bf/engine/simulation.hpp"
 
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace bf::analysis {
@@ -27,6 +29,9 @@ struct GradientOptions {
     } way = Way::cheaper;
     bool by_rules_alone = false; ///< refuse what is not exact, or no rule
 };
+
+/// "cheaper", "forward" or "adjoint"; empty: none of them.
+std::optional<GradientOptions::Way> way_named(std::string_view name);
 
 struct Gradient {
     double cost = 0;                ///< J

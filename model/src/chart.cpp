@@ -323,16 +323,21 @@ std::optional<std::pair<std::string, std::string>> Editor::nested_at(const std::
     return found;
 }
 
-void Editor::edit_nested(const std::string& machine, const std::function<void(NestedChart&)>& change) {
+void Editor::on_nested(const std::string& machine, const std::function<void(Block&)>& action) {
     Block& block = block_at(machine);
     try {
-        NestedChart chart(block);
-        change(chart);
-        const auto setting = named(block.settings, chart_setting);
-        if (setting->value.text != chart.text()) setting->value.text = chart.text();
+        action(block);
     } catch (const NestedChart::Refusal& refused) {
         refuse(where(block, chart_setting), machine, refused.message, refused.remedy);
     }
+}
+
+void Editor::edit_nested(const std::string& machine, const std::function<void(NestedChart&)>& change) {
+    on_nested(machine, [&](Block& block) {
+        NestedChart chart(block);
+        change(chart);
+        named(block.settings, chart_setting)->value.text = chart.text();
+    });
 }
 
 std::size_t Editor::state_of(const ChartEditor& editor, const std::string& path,

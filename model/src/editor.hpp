@@ -135,7 +135,8 @@ class Editor {
     bool is_chart(const std::string& path) const;
     /// The machine around a path whose chart has states in states, or that itself, and the rest of the path.
     std::optional<std::pair<std::string, std::string>> nested_at(const std::string& path) const;
-    /// Changes that chart, and says where it refuses.
+    /// Says where that chart refuses what `action` does with the machine.
+    void on_nested(const std::string& machine, const std::function<void(Block&)>& action);
     void edit_nested(const std::string& machine, const std::function<void(NestedChart&)>& change);
     ChartEditor chart_at(const std::string& path);
     std::size_t state_of(const ChartEditor& editor, const std::string& path, const std::string& name) const;

@@ -13,10 +13,7 @@ Placement& Editor::placement(const std::string& path) {
     if (const auto [machine, name] = split_chart(model_, path); machine.empty())
         find_own(path);
     else if (nested_at(machine))
-        edit_nested(machine, [&, name = name](NestedChart& chart) {
-            if (!chart.has_state(name))
-                throw NestedChart::Refusal{"there is no state '" + name + "'", "look at the chart"};
-        });
+        on_nested(machine, [&, name = name](const Block& block) { NestedChart(block).require_state(name); });
     else
         static_cast<void>(state_of(chart_at(machine), machine, name));
     auto& blocks = model_.layout.blocks;

@@ -56,6 +56,32 @@ std::string as_much_of(const std::string& path, const std::string& other) {
     return dot == path.npos ? path : path.substr(dot + 1);
 }
 
+/// The state of a path; empty: the chart itself. Null: there is none. `Any` is Json, or Json that is not
+/// changed.
+template <typename Any> Any* found_in(Any& chart, const std::string& path) {
+    Any* at = &chart;
+    for (std::string rest = path; !rest.empty();) {
+        const std::string name = rest.substr(0, rest.find('.'));
+        rest.erase(0, name.size() + 1);
+        const auto inside = at->is_object() ? at->find(inside_of(*at)) : at->end();
+        if (!at->is_object() || inside == at->end() || !inside->is_object() || !inside->contains(name))
+            return nullptr;
+        at = &(*inside)[name];
+    }
+    return at;
+}
+
+/// Calls `on_state` with each state and its path, from the outside in.
+template <typename Any, typename OnState>
+void each_state(Any& around, const OnState& on_state, const std::string& path = "") {
+    const auto inside = around.is_object() ? around.find(inside_of(around)) : around.end();
+    if (!around.is_object() || inside == around.end() || !inside->is_object()) return;
+    for (auto&& [name, state] : inside->items()) {
+        on_state(joined(path, name), state);
+        each_state(state, on_state, joined(path, name));
+    }
+}
+
 void rename_key(Json& map, const std::string& from, const std::string& to) {
     Json renamed = Json::object();
     for (auto& [key, value] : map.items()) renamed[key == from ? to : key] = std::move(value);
@@ -76,27 +102,21 @@ NestedChart::NestedChart(const Block& block)
         throw Refusal{"its states stand in the file " + written(json_["file"]), "edit that file"};
 }
 
-const NestedChart::Json* NestedChart::find(const std::string& path) const {
-    const Json* at = &json_;
-    for (std::string rest = path; !rest.empty();) {
-        const std::string name = rest.substr(0, rest.find('.'));
-        rest.erase(0, name.size() + 1);
-        const auto inside = at->is_object() ? at->find(inside_of(*at)) : at->end();
-        if (!at->is_object() || inside == at->end() || !inside->is_object() || !inside->contains(name))
-            return nullptr;
-        at = &(*inside)[name];
-    }
-    return at;
+const NestedChart::Json* NestedChart::find(const std::string& path) const { return found_in(json_, path); }
+
+void NestedChart::refuse_unknown(const std::string& path) const {
+    std::vector<std::string> known;
+    each_state(json_, [&](const std::string& other, const Json&) { known.push_back(other); });
+    throw Refusal{"there is no state or transition '" + path + "'", did_you_mean(path, known)};
+}
+
+void NestedChart::require_state(const std::string& path) const {
+    if (path.empty() || !find(path)) refuse_unknown(path);
 }
 
 NestedChart::Json& NestedChart::state_at(const std::string& path) {
-    const Json* const found = find(path);
-    if (!found) {
-        std::vector<std::string> known;
-        visit([&](const std::string& other, Json&) { known.push_back(other); });
-        throw Refusal{"there is no state or transition '" + path + "'", did_you_mean(path, known)};
-    }
-    Json& state = const_cast<Json&>(*found);
+    require_state(path);
+    Json& state = *found_in(json_, path);
     if (!state.is_object()) state = Json::object(); // `idle:` without anything
     return state;
 }
@@ -114,25 +134,13 @@ const NestedChart::Json* NestedChart::transition_at(const std::string& path, std
     return &all[found];
 }
 
-void NestedChart::visit(const std::function<void(const std::string&, Json&)>& on_state) {
-    const auto below = [&](const auto& self, const std::string& path, Json& around) -> void {
-        const auto inside = around.is_object() ? around.find(inside_of(around)) : around.end();
-        if (!around.is_object() || inside == around.end() || !inside->is_object()) return;
-        for (auto& [name, state] : inside->items()) {
-            on_state(joined(path, name), state);
-            self(self, joined(path, name), state);
-        }
-    };
-    below(below, "", json_);
-}
-
 std::string NestedChart::resolved(const std::string& name, const std::string& from) const {
     if (find(name)) return name;
     for (std::string around = from; !around.empty(); around = split_last(around).first)
         if (find(joined(around, name))) return joined(around, name);
     std::string only;
     int count = 0;
-    const_cast<NestedChart*>(this)->visit([&](const std::string& path, Json&) {
+    each_state(json_, [&](const std::string& path, const Json&) {
         if (split_last(path).second != name) return;
         only = path;
         ++count;
@@ -161,7 +169,7 @@ void NestedChart::each_name(const std::function<void(const std::string&, std::st
     };
     of("", json_, "outputs");
     of("", json_, "initial");
-    visit([&](const std::string& path, Json& state) {
+    each_state(json_, [&](const std::string& path, Json& state) {
         of(path, state, "initial");
         of(split_last(path).first, state, "to"); // of a history, which names what is beside it
         if (state.is_object() && state.contains("transitions") && state["transitions"].is_array())
@@ -179,7 +187,7 @@ void NestedChart::add_state(const std::string& inside, const std::string& name) 
 
 void NestedChart::rename_state(const std::string& path, const std::string& name) {
     const std::string around = split_last(path).first, old = split_last(path).second;
-    state_at(path);
+    require_state(path);
     const std::string renamed = joined(around, name);
     if (find(renamed)) throw Refusal{"there is a state '" + name + "' already", "use another name"};
     // What means the state, or one inside of it, before and under its new name.
@@ -214,7 +222,7 @@ void NestedChart::rename_state(const std::string& path, const std::string& name)
         }
         return result;
     };
-    visit([&](const std::string& at, Json& state) {
+    each_state(json_, [&](const std::string& at, Json& state) {
         const auto change = [&](Json& map, const std::string& key) {
             if (map.is_object() && map.contains(key) && map[key].is_string())
                 map[key] = in_formulas(at, map[key].get<std::string>());
@@ -246,7 +254,7 @@ void NestedChart::rename_state(const std::string& path, const std::string& name)
 
 void NestedChart::remove_state(const std::string& path) {
     const auto [around, name] = split_last(path);
-    state_at(path);
+    require_state(path);
     const auto is_gone = [&](const Json& text, const std::string& from) {
         return text.is_string() && rest_under(resolved(text.get<std::string>(), from), path).has_value();
     };
@@ -256,7 +264,7 @@ void NestedChart::remove_state(const std::string& path) {
     };
     // First of all what leads there, as long as names mean what they mean.
     if (json_.contains("initial") && leads_there(json_["initial"], "")) json_.erase("initial");
-    visit([&](const std::string& at, Json& state) {
+    each_state(json_, [&](const std::string& at, Json& state) {
         if (!state.is_object()) return;
         if (state.contains("initial") && leads_there(state["initial"], at)) state.erase("initial");
         if (!state.contains("transitions") || !state["transitions"].is_array()) return;
@@ -275,7 +283,7 @@ void NestedChart::remove_state(const std::string& path) {
 
 void NestedChart::connect(const std::string& from, const std::string& to) {
     Json& source = state_at(from);
-    state_at(to);
+    require_state(to);
     if (source.contains("history"))
         throw Refusal{"'" + from + "' is a history, which has no transitions", "set its `to`"};
     source["transitions"].push_back(Json{{"to", name_of(to, from)}});
@@ -297,11 +305,8 @@ std::vector<Property> NestedChart::properties(const std::string& path) const {
     const Json* at = transition_at(path, &state, &place);
     std::vector<std::string> keys = transition_keys;
     if (!at) {
+        require_state(path);
         at = find(path);
-        if (!at) {
-            const_cast<NestedChart*>(this)->state_at(path); // throws
-            return {};
-        }
         const bool has_history = at->is_object() && at->contains("history");
         keys = has_history ? std::vector<std::string>{"history", "to"} : actions;
         if (at->is_object() && at->contains("states")) keys.insert(keys.end(), {"initial", "begin"});

@@ -26,7 +26,7 @@ class NestedChart {
     /// Throws Refusal where the states stand in another file.
     explicit NestedChart(const Block& block);
 
-    bool has_state(const std::string& path) const { return find(path) != nullptr; }
+    void require_state(const std::string& path) const;
     /// `inside` is the path of the state around, empty for the chart itself.
     void add_state(const std::string& inside, const std::string& name);
     /// Whatever names the state, transitions, histories, formulas and outputs, follows.
@@ -47,9 +47,9 @@ class NestedChart {
 
     const Json* find(const std::string& path) const;
     Json& state_at(const std::string& path);
+    [[noreturn]] void refuse_unknown(const std::string& path) const;
     /// The transitions of the state that the path of one begins with, and its place; null: it is none.
     const Json* transition_at(const std::string& path, std::string* state, std::size_t* place) const;
-    void visit(const std::function<void(const std::string& path, Json& state)>& on_state);
     /// The path of the state that a text means where it stands in the state `from`; empty: none.
     std::string resolved(const std::string& name, const std::string& from) const;
     /// Each text that names states: goals, initial states and outputs.

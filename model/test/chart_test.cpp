@@ -221,6 +221,11 @@ Model nested() {
     model.layout.wires.clear();
     return model;
 }
+Model nested(const std::string& text) {
+    Model model = nested();
+    find(model, "machine")->settings[0].value.text = text;
+    return model;
+}
 std::string chart(const Model& model) { return text(model, "chart"); }
 bool has(const Model& model, const std::string& part) { return chart(model).find(part) != std::string::npos; }
 
@@ -311,6 +316,13 @@ TEST(NestedChart, RefusesWhatCannotBeAndSaysWhatToDo) {
     find(model, "machine")->settings[0].value.text = R"({"file": "plan.scxml"})";
     EXPECT_EQ(refusal(Add{"machine", {.name = "a"}}, model),
               "machine: its states stand in the file plan.scxml; edit that file");
+}
+
+TEST(NestedChart, StaysAsItIsWrittenWhereItIsDrawnAnew) {
+    const Model model = nested(R"({"states":{"a":{},"b":null}})");
+    EXPECT_EQ(chart(after(model, Move{"machine.b", {1, 2}})), chart(model));
+    EXPECT_EQ(refusal(Move{"machine.work.upp", {1, 2}}, nested()),
+              "machine: there is no state or transition 'work.upp'; did you mean 'work.up'?");
 }
 
 } // namespace

@@ -329,6 +329,9 @@ void Editor::on_nested(const std::string& machine, const std::function<void(Bloc
         action(block);
     } catch (const NestedChart::Refusal& refused) {
         refuse(where(block, chart_setting), machine, refused.message, refused.remedy);
+    } catch (const nlohmann::json::exception& wrong) {
+        refuse(where(block, chart_setting), machine,
+               std::string("the chart would be no JSON: ") + wrong.what(), "give texts in UTF-8");
     }
 }
 

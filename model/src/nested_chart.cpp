@@ -63,10 +63,9 @@ template <typename Any> Any* found_in(Any& chart, const std::string& path) {
     for (std::string rest = path; !rest.empty();) {
         const std::string name = rest.substr(0, rest.find('.'));
         rest.erase(0, name.size() + 1);
-        const auto inside = at->is_object() ? at->find(inside_of(*at)) : at->end();
-        if (!at->is_object() || inside == at->end() || !inside->is_object() || !inside->contains(name))
-            return nullptr;
-        at = &(*inside)[name];
+        const char* const inside = inside_of(*at);
+        if (!at->contains(inside) || !(*at)[inside].contains(name)) return nullptr;
+        at = &(*at)[inside][name];
     }
     return at;
 }
@@ -74,11 +73,31 @@ template <typename Any> Any* found_in(Any& chart, const std::string& path) {
 /// Calls `on_state` with each state and its path, from the outside in.
 template <typename Any, typename OnState>
 void each_state(Any& around, const OnState& on_state, const std::string& path = "") {
-    const auto inside = around.is_object() ? around.find(inside_of(around)) : around.end();
-    if (!around.is_object() || inside == around.end() || !inside->is_object()) return;
-    for (auto&& [name, state] : inside->items()) {
+    if (!around.contains(inside_of(around))) return;
+    for (auto&& [name, state] : around[inside_of(around)].items()) {
         on_state(joined(path, name), state);
         each_state(state, on_state, joined(path, name));
+    }
+}
+
+/// Refuses a chart or a state whose parts are not of the kind that all edits count on.
+void require_form(const Json& around, const std::string& path = "") {
+    const auto refuse = [](const std::string& what) {
+        throw NestedChart::Refusal{what, "edit it in the file"};
+    };
+    const auto its = [&](const std::string& key) {
+        return "the `" + key + "` of " + (path.empty() ? "its chart" : "'" + path + "'") + " are ";
+    };
+    if (around.contains("transitions") && !around["transitions"].is_array())
+        refuse(its("transitions") + "no list");
+    for (const char* key : {"states", "regions"}) {
+        if (!around.contains(key)) continue;
+        if (!around[key].is_object()) refuse(its(key) + "no mapping");
+        for (const auto& [name, state] : around[key].items()) {
+            const std::string inside = joined(path, name);
+            if (!state.is_object() && !state.is_null()) refuse("the state '" + inside + "' is no mapping");
+            require_form(state, inside);
+        }
     }
 }
 
@@ -100,6 +119,7 @@ NestedChart::NestedChart(const Block& block)
     if (!json_.is_object()) throw Refusal{"its `chart` is no mapping", "edit it in the file"};
     if (json_.contains("file"))
         throw Refusal{"its states stand in the file " + written(json_["file"]), "edit that file"};
+    require_form(json_);
 }
 
 const NestedChart::Json* NestedChart::find(const std::string& path) const { return found_in(json_, path); }

@@ -23,7 +23,7 @@ class NestedChart {
 
     /// Has the block such a chart?
     static bool is_in(const Block& block);
-    /// Throws Refusal where the states stand in another file.
+    /// Throws Refusal where the states stand in another file, or are not written as those of a chart.
     explicit NestedChart(const Block& block);
 
     void require_state(const std::string& path) const;

@@ -325,5 +325,29 @@ TEST(NestedChart, StaysAsItIsWrittenWhereItIsDrawnAnew) {
               "machine: there is no state or transition 'work.upp'; did you mean 'work.up'?");
 }
 
+TEST(NestedChart, RefusesWhatIsNoChart) {
+    for (const auto& [text, expected] : std::vector<std::pair<std::string, std::string>>{
+             {R"({"states": ["a"]})",
+              "machine: the `states` of its chart are no mapping; edit it in the file"},
+             {R"({"states": {"a": {"regions": "b"}}})",
+              "machine: the `regions` of 'a' are no mapping; edit it in the file"},
+             {R"({"states": {"a": {"states": {"b": "c"}}}})",
+              "machine: the state 'a.b' is no mapping; edit it in the file"},
+             {R"({"states": {"a": {"transitions": {"to": "a"}}}})",
+              "machine: the `transitions` of 'a' are no list; edit it in the file"}})
+        for (const Operation& operation :
+             {Operation(Add{"machine", {.name = "d"}}), Operation(Connect{"machine", "a", "a"}),
+              Operation(Set{"machine.a", "entry", "x = 1"}), Operation(Remove{"machine.a"}),
+              Operation(Rename{"machine.a", "d"}), Operation(Disconnect{"machine", "a", "a.1"})})
+            EXPECT_EQ(refusal(operation, nested(text)), expected) << to_json(operation);
+    const std::string said = refusal(Set{"machine.idle", "entry", "\xff"}, nested());
+    EXPECT_TRUE(said.starts_with("machine: the chart would be no JSON: ")) << said;
+    EXPECT_TRUE(said.ends_with("; give texts in UTF-8")) << said;
+    EXPECT_EQ(
+        refusal(Connect{"machine", "", "idle"}, nested()),
+        "machine: there is no state or transition ''; known are 'idle', 'work', 'work.last', 'work.up', "
+        "'work.down'");
+}
+
 } // namespace
 } // namespace bf::model

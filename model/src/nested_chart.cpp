@@ -48,6 +48,16 @@ std::string spaced(const Json& value) {
     return value.is_object() ? "{" + items + "}" : "[" + items + "]";
 }
 
+/// Of a list, of one text or the keys of a mapping.
+std::vector<std::string> names_in(const Json& chart, const char* key) {
+    std::vector<std::string> names;
+    if (!chart.contains(key)) return names;
+    const Json& given = chart[key];
+    for (const auto& [name, value] : given.items())
+        names.push_back(given.is_object() ? name : written(value));
+    return names;
+}
+
 /// As many names from the end of a path as there are in another one.
 std::string as_much_of(const std::string& path, const std::string& other) {
     auto dot = path.rfind('.');
@@ -221,12 +231,8 @@ void NestedChart::rename_state(const std::string& path, const std::string& name)
     });
     // Formulas read states by these names, unless something else has them.
     std::vector<std::string> others{"time", "period", "time_in_state"};
-    for (const char* key : {"inputs", "parameters"})
-        if (json_.contains(key) && json_[key].is_array())
-            for (const auto& one : json_[key]) others.push_back(written(one));
-    if (json_.contains("variables"))
-        for (const auto& [key, value] : json_["variables"].items())
-            others.push_back(json_["variables"].is_object() ? key : written(value));
+    for (const char* key : {"inputs", "parameters", "variables"})
+        std::ranges::copy(names_in(json_, key), std::back_inserter(others));
     const auto in_formulas = [&](const std::string& from, std::string text) {
         std::string result;
         for (std::size_t at = 0; at < text.size();) {
@@ -273,32 +279,67 @@ void NestedChart::rename_state(const std::string& path, const std::string& name)
 }
 
 void NestedChart::remove_state(const std::string& path) {
-    const auto [around, name] = split_last(path);
     require_state(path);
-    const auto is_gone = [&](const Json& text, const std::string& from) {
-        return text.is_string() && rest_under(resolved(text.get<std::string>(), from), path).has_value();
+    std::vector<std::string> gone{path};
+    const auto is_gone = [&](const std::string& meant) {
+        return std::ranges::any_of(gone,
+                                   [&](const auto& each) { return rest_under(meant, each).has_value(); });
+    };
+    const auto is_of_gone = [&](const Json& text, const std::string& from) {
+        return text.is_string() && is_gone(resolved(text.get<std::string>(), from));
     };
     const auto leads_there = [&](const Json& goals, const std::string& from) {
-        return goals.is_array() ? std::ranges::any_of(goals, [&](const Json& g) { return is_gone(g, from); })
-                                : is_gone(goals, from);
+        return goals.is_array()
+                   ? std::ranges::any_of(goals, [&](const Json& goal) { return is_of_gone(goal, from); })
+                   : is_of_gone(goals, from);
     };
-    // First of all what leads there, as long as names mean what they mean.
-    if (json_.contains("initial") && leads_there(json_["initial"], "")) json_.erase("initial");
-    each_state(json_, [&](const std::string& at, Json& state) {
-        if (!state.is_object()) return;
-        if (state.contains("initial") && leads_there(state["initial"], at)) state.erase("initial");
-        if (!state.contains("transitions") || !state["transitions"].is_array()) return;
-        std::erase_if(state["transitions"].get_ref<Json::array_t&>(), [&](const Json& transition) {
-            return transition.is_object() && transition.contains("to") && leads_there(transition["to"], at);
+    const auto is_way_there = [&](const Json& transition, const std::string& from) {
+        return leads_there(transition.contains("to") ? transition["to"] : transition, from);
+    };
+    // A history or a junction that leads nowhere else goes, too, and with it what leads there.
+    for (std::size_t before = 0; before < gone.size();) {
+        before = gone.size();
+        each_state(std::as_const(json_), [&](const std::string& at, const Json& state) {
+            const bool is_junction = state.contains("junction") && written(state["junction"]) == "true";
+            const bool is_lost = state.contains("history")
+                                     ? state.contains("to") && leads_there(state["to"], split_last(at).first)
+                                     : is_junction && state.contains("transitions") &&
+                                           std::ranges::all_of(state["transitions"], [&](const Json& each) {
+                                               return is_way_there(each, at);
+                                           });
+            if (is_lost && !is_gone(at)) gone.push_back(at);
         });
+    }
+    // First of all what leads there, as long as names mean what they mean.
+    const auto remove_initial = [&](Json& map, const std::string& from) {
+        if (map.contains("initial") && leads_there(map["initial"], from)) map.erase("initial");
+    };
+    remove_initial(json_, "");
+    const auto variables = names_in(json_, "variables");
+    const auto is_state = [&](const Json& output) {
+        return is_of_gone(output, "") &&
+               std::ranges::find(variables, output.get<std::string>()) == variables.end();
+    };
+    if (json_.contains("outputs") && json_["outputs"].is_array())
+        std::erase_if(json_["outputs"].get_ref<Json::array_t&>(), is_state);
+    else if (json_.contains("outputs") && is_state(json_["outputs"]))
+        json_.erase("outputs");
+    each_state(json_, [&](const std::string& at, Json& state) {
+        remove_initial(state, at);
+        if (!state.contains("transitions")) return;
+        std::erase_if(state["transitions"].get_ref<Json::array_t&>(),
+                      [&](const Json& transition) { return is_way_there(transition, at); });
         if (state["transitions"].empty()) state.erase("transitions");
     });
-    Json& outer = around.empty() ? json_ : state_at(around);
-    const char* const key = inside_of(outer);
-    if (around.empty() && outer[key].size() == 1)
+    for (const auto& each : gone) {
+        const auto [around, name] = split_last(each);
+        Json& outer = *found_in(json_, around);
+        const char* const key = inside_of(outer);
+        outer[key].erase(name);
+        if (outer[key].empty()) outer.erase(key);
+    }
+    if (!json_.contains(inside_of(json_)))
         throw Refusal{"a chart has at least one state", "add another one first"};
-    outer[key].erase(name);
-    if (outer[key].empty()) outer.erase(key);
 }
 
 void NestedChart::connect(const std::string& from, const std::string& to) {

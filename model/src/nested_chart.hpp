@@ -31,7 +31,8 @@ class NestedChart {
     void add_state(const std::string& inside, const std::string& name);
     /// Whatever names the state, transitions, histories, formulas and outputs, follows.
     void rename_state(const std::string& path, const std::string& name);
-    /// With the states inside of it, and the transitions that lead there.
+    /// With the states inside of it, what leads there, histories and junctions that lead nowhere else, and
+    /// outputs. Formulas and events that name it stay.
     void remove_state(const std::string& path);
     void connect(const std::string& from, const std::string& to);
     void disconnect(const std::string& transition);

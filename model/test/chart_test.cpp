@@ -349,5 +349,25 @@ TEST(NestedChart, RefusesWhatIsNoChart) {
         "'work.down'");
 }
 
+TEST(NestedChart, WhatLeadsToARemovedStateAloneGoesWithIt) {
+    Model model = after(nested(), Remove{"machine.work.down"});
+    EXPECT_FALSE(has(model, "last")) << "a history without a state to go to is refused " << chart(model);
+    EXPECT_TRUE(has(model, R"("outputs": ["work"])")) << chart(model);
+    EXPECT_TRUE(has(model, R"("idle": {})")) << "its transition led to the history " << chart(model);
+    const Model fork = nested(
+        R"({"variables": ["b"], "outputs": ["b", "b.c"], "states": {"a": {"transitions": ["f", {"to": "b"}]}, )"
+        R"("f": {"junction": true, "transitions": [{"to": "b"}, "b.c"]}, "b": {"states": {"c": {}, "d": {}}}}})");
+    EXPECT_EQ(chart(after(fork, Remove{"machine.b"})),
+              R"({"variables": ["b"], "outputs": ["b"], "states": {"a": {}}})")
+        << "the first output is the variable";
+    EXPECT_TRUE(
+        has(after(fork, Remove{"machine.b.c"}), R"("f": {"junction": true, "transitions": [{"to": "b"}]})"));
+    const Model one = nested(R"({"outputs": "b", "states": {"a": {}, "b": {}}})");
+    EXPECT_EQ(chart(after(one, Remove{"machine.b"})), R"({"states": {"a": {}}})");
+    EXPECT_EQ(refusal(Remove{"machine.a"},
+                      nested(R"({"states": {"a": {}, "f": {"junction": true, "transitions": ["a"]}}})")),
+              "machine: a chart has at least one state; add another one first");
+}
+
 } // namespace
 } // namespace bf::model

@@ -303,6 +303,24 @@ void ChartEditor::set_entry(std::size_t transition, std::size_t column, const st
 
 // ---- operations ----
 
+namespace {
+
+/// The names of transitions once some of them are gone.
+Renamed renumbered(const Chart& chart, const std::function<bool(std::size_t)>& is_gone) {
+    Renamed renamed;
+    std::size_t number = 0;
+    for (std::size_t i = 0; i < chart.transitions.size(); ++i) {
+        const bool is_kept = !is_gone(i);
+        number += is_kept;
+        renamed.emplace_back(chart.name_of(i),
+                             is_kept ? joined(chart.states[chart.transitions[i].to], std::to_string(number))
+                                     : "");
+    }
+    return renamed;
+}
+
+} // namespace
+
 ChartEditor Editor::chart_at(const std::string& path) {
     Block& block = block_at(path);
     Diagnostic defect;
@@ -392,39 +410,31 @@ void Editor::add_state(const operations::Add& add) {
 }
 
 void Editor::remove_state(const std::string& machine, const std::string& name) {
+    Renamed renamed;
     if (nested_at(machine)) {
-        edit_nested(machine, [&](NestedChart& chart) { chart.remove_state(name); });
-        return follow([&](const std::string& path) -> std::vector<std::string> {
-            if (rest_under(path, joined(machine, name))) return {};
-            return {path};
-        });
+        edit_nested(machine, [&](NestedChart& chart) { renamed = chart.remove_state(name); });
+        return follow_chart(machine, renamed);
     }
     ChartEditor editor = chart_at(machine);
     const std::size_t state = state_of(editor, machine, name);
     if (editor.chart().states.size() == 1)
         refuse(editor.where_states(), machine, "a chart has at least one state", "add another one first");
-    const Chart before = editor.chart();
-    std::vector<bool> is_kept;
-    for (const Transition& t : before.transitions) is_kept.push_back(t.from != state && t.to != state);
-    editor.remove_state(state);
-    renumber(machine, before, is_kept);
-    follow([&](const std::string& path) -> std::vector<std::string> {
-        if (rest_under(path, joined(machine, name))) return {};
-        return {path};
+    renamed = renumbered(editor.chart(), [&](std::size_t i) {
+        const Transition& transition = editor.chart().transitions[i];
+        return transition.from == state || transition.to == state;
     });
+    renamed.emplace_back(name, "");
+    editor.remove_state(state);
+    follow_chart(machine, renamed);
 }
 
-void Editor::renumber(const std::string& machine, const Chart& before, const std::vector<bool>& is_kept) {
-    std::size_t number = 0;
-    for (std::size_t i = 0; i < is_kept.size(); ++i) {
-        number += is_kept[i];
-        const std::string to = joined(machine, before.states[before.transitions[i].to]),
-                          old = joined(to, std::to_string(i + 1)), now = joined(to, std::to_string(number));
-        auto& wires = model_.layout.wires;
-        if (!is_kept[i]) std::erase_if(wires, [&](const Bends& bends) { return bends.path == old; });
-        const auto found = std::ranges::find(wires, old, &Bends::path);
-        if (found != wires.end()) found->path = now;
-    }
+void Editor::follow_chart(const std::string& machine, const Renamed& renamed) {
+    follow([&](const std::string& path) -> std::vector<std::string> {
+        for (const auto& [old, now] : renamed)
+            if (const auto rest = rest_under(path, joined(machine, old)))
+                return now.empty() ? std::vector<std::string>() : std::vector{joined(machine, now) + *rest};
+        return {path};
+    });
 }
 
 void Editor::rename_state(const std::string& machine, const std::string& name, const std::string& to) {
@@ -453,18 +463,19 @@ void Editor::connect_states(const operations::Connect& connect) {
 }
 
 void Editor::disconnect_states(const operations::Disconnect& disconnect) {
-    if (const auto nested = nested_at(disconnect.system))
-        return edit_nested(nested->first, [&](NestedChart& chart) {
-            chart.disconnect(joined(nested->second, disconnect.to));
+    Renamed renamed;
+    if (const auto nested = nested_at(disconnect.system)) {
+        edit_nested(nested->first, [&](NestedChart& chart) {
+            renamed = chart.disconnect(joined(nested->second, disconnect.to));
         });
+        return follow_chart(nested->first, renamed);
+    }
     ChartEditor editor = chart_at(disconnect.system);
     const auto transition = editor.find_transition(disconnect.to);
     if (!transition) refuse_transition(editor, disconnect.system, disconnect.to);
-    const Chart before = editor.chart();
-    std::vector<bool> is_kept(before.transitions.size(), true);
-    is_kept[*transition] = false;
+    renamed = renumbered(editor.chart(), [&](std::size_t i) { return i == *transition; });
     editor.remove_transition(*transition);
-    renumber(disconnect.system, before, is_kept);
+    follow_chart(disconnect.system, renamed);
 }
 
 void Editor::set_in_chart(const std::string& machine, const std::string& name, const operations::Set& set) {

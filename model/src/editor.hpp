@@ -150,8 +150,8 @@ class Editor {
     void connect_states(const operations::Connect& connect);
     void disconnect_states(const operations::Disconnect& disconnect);
     void set_in_chart(const std::string& machine, const std::string& name, const operations::Set& set);
-    /// Bends of transitions follow the numbers of their rows, of which some are kept.
-    void renumber(const std::string& machine, const Chart& before, const std::vector<bool>& is_kept);
+    /// What is drawn of states and transitions follows their names.
+    void follow_chart(const std::string& machine, const Renamed& renamed);
 
     Model& model_;
 };

@@ -90,6 +90,27 @@ void each_state(Any& around, const OnState& on_state, const std::string& path = 
     }
 }
 
+/// Takes transitions of the state `path` away; those after them have other numbers then.
+template <typename IsGone>
+void remove_transitions(Json& state, const std::string& path, const IsGone& is_gone, Renamed& renamed) {
+    if (!state.contains("transitions")) return;
+    Json kept = Json::array();
+    std::size_t number = 0;
+    for (Json& transition : state["transitions"]) {
+        const std::string old = joined(path, std::to_string(++number));
+        if (is_gone(transition)) {
+            renamed.emplace_back(old, "");
+            continue;
+        }
+        kept.push_back(std::move(transition));
+        renamed.emplace_back(old, joined(path, std::to_string(kept.size())));
+    }
+    if (kept.empty())
+        state.erase("transitions");
+    else
+        state["transitions"] = std::move(kept);
+}
+
 /// Refuses a chart or a state whose parts are not of the kind that all edits count on.
 void require_form(const Json& around, const std::string& path = "") {
     const auto refuse = [](const std::string& what) {
@@ -278,7 +299,7 @@ void NestedChart::rename_state(const std::string& path, const std::string& name)
     });
 }
 
-void NestedChart::remove_state(const std::string& path) {
+Renamed NestedChart::remove_state(const std::string& path) {
     require_state(path);
     std::vector<std::string> gone{path};
     const auto is_gone = [&](const std::string& meant) {
@@ -310,6 +331,8 @@ void NestedChart::remove_state(const std::string& path) {
             if (is_lost && !is_gone(at)) gone.push_back(at);
         });
     }
+    Renamed renamed;
+    for (const auto& each : gone) renamed.emplace_back(each, "");
     // First of all what leads there, as long as names mean what they mean.
     const auto remove_initial = [&](Json& map, const std::string& from) {
         if (map.contains("initial") && leads_there(map["initial"], from)) map.erase("initial");
@@ -326,10 +349,8 @@ void NestedChart::remove_state(const std::string& path) {
         json_.erase("outputs");
     each_state(json_, [&](const std::string& at, Json& state) {
         remove_initial(state, at);
-        if (!state.contains("transitions")) return;
-        std::erase_if(state["transitions"].get_ref<Json::array_t&>(),
-                      [&](const Json& transition) { return is_way_there(transition, at); });
-        if (state["transitions"].empty()) state.erase("transitions");
+        remove_transitions(
+            state, at, [&](const Json& transition) { return is_way_there(transition, at); }, renamed);
     });
     for (const auto& each : gone) {
         const auto [around, name] = split_last(each);
@@ -340,6 +361,7 @@ void NestedChart::remove_state(const std::string& path) {
     }
     if (!json_.contains(inside_of(json_)))
         throw Refusal{"a chart has at least one state", "add another one first"};
+    return renamed;
 }
 
 void NestedChart::connect(const std::string& from, const std::string& to) {
@@ -350,14 +372,15 @@ void NestedChart::connect(const std::string& from, const std::string& to) {
     source["transitions"].push_back(Json{{"to", name_of(to, from)}});
 }
 
-void NestedChart::disconnect(const std::string& transition) {
+Renamed NestedChart::disconnect(const std::string& transition) {
     std::string state;
     std::size_t place = 0;
-    if (!transition_at(transition, &state, &place))
-        throw Refusal{"there is no transition '" + transition + "'", "look at the chart"};
-    Json& source = state_at(state);
-    source["transitions"].erase(place);
-    if (source["transitions"].empty()) source.erase("transitions");
+    const Json* const removed = transition_at(transition, &state, &place);
+    if (!removed) throw Refusal{"there is no transition '" + transition + "'", "look at the chart"};
+    Renamed renamed;
+    remove_transitions(
+        state_at(state), state, [&](const Json& each) { return &each == removed; }, renamed);
+    return renamed;
 }
 
 std::vector<Property> NestedChart::properties(const std::string& path) const {

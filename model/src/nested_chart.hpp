@@ -7,9 +7,14 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace bf::model {
+
+/// Names of states and transitions of a chart before and after an edit; empty: gone. What is in a state goes
+/// with it.
+using Renamed = std::vector<std::pair<std::string, std::string>>;
 
 /// Edits the chart of a state machine whose states have states inside, which its setting holds as JSON.
 /// States have paths, "work.up", and transitions numbers, "work.up.1" for the first one that leaves that
@@ -33,9 +38,9 @@ class NestedChart {
     void rename_state(const std::string& path, const std::string& name);
     /// With the states inside of it, what leads there, histories and junctions that lead nowhere else, and
     /// outputs. Formulas and events that name it stay.
-    void remove_state(const std::string& path);
+    Renamed remove_state(const std::string& path);
     void connect(const std::string& from, const std::string& to);
-    void disconnect(const std::string& transition);
+    Renamed disconnect(const std::string& transition);
     /// What properties() names; none: it is no longer given.
     void set(const std::string& path, const std::string& name, const std::optional<std::string>& value);
     std::vector<Property> properties(const std::string& path) const;

@@ -369,5 +369,28 @@ TEST(NestedChart, WhatLeadsToARemovedStateAloneGoesWithIt) {
               "machine: a chart has at least one state; add another one first");
 }
 
+TEST(NestedChart, BendsStayWithTheirTransitions) {
+    const auto wires = [](const Model& model) {
+        std::string all;
+        for (const Bends& bends : model.layout.wires)
+            all += bends.path.substr(8) + " by " + std::to_string(static_cast<int>(bends.points[0].x)) + ", ";
+        return all;
+    };
+    Model bent = nested();
+    bent.layout.wires = {{.path = "machine.work.up.1", .points = {{1, 2}}},
+                         {.path = "machine.work.up.2", .points = {{3, 4}}},
+                         {.path = "machine.work.up.2.2", .points = {{5, 6}}},
+                         {.path = "machine.work.1", .points = {{7, 8}}}};
+    const std::string kept = "work.up.1 by 3, work.up.1.2 by 5, work.1 by 7, ";
+    EXPECT_EQ(wires(after(bent, Disconnect{"machine.work", "up", "up.1"})), kept);
+    EXPECT_EQ(wires(after(bent, Remove{"machine.work.down"})), kept);
+    EXPECT_EQ(wires(after(bent, Remove{"machine.idle"})), "work.up.1 by 1, ");
+    Model fork = nested(R"({"states": {"a": {}, "b": {}, "f": {"junction": true, "transitions": ["b"]}}})");
+    fork.layout.blocks = {{.path = "machine.f"}};
+    fork.layout.wires = {{.path = "machine.f.1", .points = {{1, 2}}}};
+    fork = after(fork, Remove{"machine.b"});
+    EXPECT_TRUE(fork.layout.blocks.empty() && fork.layout.wires.empty());
+}
+
 } // namespace
 } // namespace bf::model

@@ -39,7 +39,8 @@ bool is_identifier(std::string_view name) {
     return !name.empty() && is_letter(name[0]) && name[0] != '_' && std::ranges::all_of(name, is_word);
 }
 
-std::string replace_names(std::string_view text, const std::function<std::string(std::string_view)>& visit) {
+std::string replace_names(std::string_view text, const std::function<std::string(std::string_view)>& visit,
+                          bool with_fields) {
     std::string result;
     for (std::size_t at = 0; at < text.size();) {
         std::size_t end = at + 1;
@@ -49,7 +50,11 @@ std::string replace_names(std::string_view text, const std::function<std::string
         } else if (c == '%') {
             end = std::min(text.find('\n', at), text.size());
         } else if (is_word(c)) {
-            while (end < text.size() && is_word(text[end])) ++end;
+            const auto goes_on = [&] {
+                return is_word(text[end]) || (with_fields && is_letter(c) && text[end] == '.' &&
+                                              end + 1 < text.size() && is_letter(text[end + 1]));
+            };
+            while (end < text.size() && goes_on()) ++end;
             const std::string_view word = text.substr(at, end - at);
             const bool is_field = at > 0 && text[at - 1] == '.' && (at < 2 || text[at - 2] != '.');
             if (is_letter(c) && !is_field) {

@@ -12,8 +12,10 @@ namespace bf::model {
 bool is_identifier(std::string_view name);
 
 /// Calls `visit` with each name of a variable or function in `text`: not with fields, numbers, texts in
-/// quotes or comments. What it returns stands in the name's place afterwards.
-std::string replace_names(std::string_view text, const std::function<std::string(std::string_view)>& visit);
+/// quotes or comments. What it returns stands in the name's place afterwards. `with_fields`: a name is one
+/// with its fields, "a.b". The view is a part of `text`.
+std::string replace_names(std::string_view text, const std::function<std::string(std::string_view)>& visit,
+                          bool with_fields = false);
 
 /// Calls `visit` with each expression that may use variables: not with texts in MATLAB's quotes nor with
 /// code.

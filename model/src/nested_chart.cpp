@@ -5,8 +5,10 @@
 #include "bf/model/edit.hpp"
 #include "bf/model/listed.hpp"
 #include "bf/model/suggest.hpp"
+#include "identifiers.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 
 namespace bf::model {
@@ -88,6 +90,21 @@ void each_state(Any& around, const OnState& on_state, const std::string& path = 
         on_state(joined(path, name), state);
         each_state(state, on_state, joined(path, name));
     }
+}
+
+/// Whether a name in a formula or an action may be a state's: not a function's, nor that of the event that
+/// is raised, sent or cancelled, which have names of their own.
+bool may_be_state(std::string_view text, std::string_view name) {
+    const auto begin = static_cast<std::size_t>(name.data() - text.data());
+    const std::string_view blanks = " \t";
+    const std::size_t next = text.find_first_not_of(blanks, begin + name.size());
+    if (next != text.npos && (text[next] == '(' || is_letter(text[next]))) return false;
+    std::string_view before = text.substr(0, begin);
+    before = before.substr(0, before.find_last_not_of(blanks) + 1);
+    return std::ranges::none_of(std::array<std::string_view, 3>{"raise", "send", "cancel"}, [&](auto word) {
+        return before.ends_with(word) &&
+               (before.size() == word.size() || !is_letter(before[before.size() - word.size() - 1]));
+    });
 }
 
 /// Takes transitions of the state `path` away; those after them have other numbers then.
@@ -206,25 +223,51 @@ std::string NestedChart::name_of(const std::string& path, const std::string& fro
 }
 
 void NestedChart::each_name(const std::function<void(const std::string&, std::string&)>& on_name) {
-    const auto each = [&](const std::string& from, Json& value) {
-        const auto one = [&](Json& text) {
-            if (text.is_string()) on_name(from, text.get_ref<std::string&>());
+    const auto each_text = [](Json& value, const std::function<void(std::string&)>& on_text) {
+        if (value.is_string()) on_text(value.get_ref<std::string&>());
+        if (!value.is_array()) return;
+        for (auto& item : value)
+            if (item.is_string()) on_text(item.get_ref<std::string&>());
+    };
+    const auto goals = [&](const std::string& from, Json& map, const char* key) {
+        if (map.contains(key)) each_text(map[key], [&](std::string& text) { on_name(from, text); });
+    };
+    // Formulas read states by names that nothing else has.
+    std::vector<std::string> others{"time", "period", "time_in_state"};
+    for (const char* key : {"inputs", "parameters", "variables"})
+        std::ranges::copy(names_in(json_, key), std::back_inserter(others));
+    const auto is_other = [&](const std::string& name) {
+        return std::ranges::find(others, name) != others.end();
+    };
+    const auto formulas = [&](const std::string& from, Json& map, std::initializer_list<const char*> keys) {
+        const auto in_text = [&](std::string& text) {
+            const std::string before = text;
+            const auto in_name = [&](std::string_view word) {
+                std::string name(word);
+                if (!is_other(name) && may_be_state(before, word)) on_name(from, name);
+                return name;
+            };
+            text = replace_names(before, in_name, true);
         };
-        if (value.is_array())
-            for (auto& item : value) one(item);
-        else
-            one(value);
+        for (const char* key : keys)
+            if (map.contains(key)) each_text(map[key], in_text);
     };
-    const auto of = [&](const std::string& from, Json& map, const char* key) {
-        if (map.is_object() && map.contains(key)) each(from, map[key]);
-    };
-    of("", json_, "outputs");
-    of("", json_, "initial");
+    if (json_.contains("outputs"))
+        each_text(json_["outputs"], [&, variables = names_in(json_, "variables")](std::string& text) {
+            if (std::ranges::find(variables, text) == variables.end()) on_name("", text);
+        });
+    goals("", json_, "initial");
+    formulas("", json_, {"begin"});
     each_state(json_, [&](const std::string& path, Json& state) {
-        of(path, state, "initial");
-        of(split_last(path).first, state, "to"); // of a history, which names what is beside it
-        if (state.is_object() && state.contains("transitions") && state["transitions"].is_array())
-            for (auto& transition : state["transitions"]) of(path, transition, "to");
+        goals(path, state, "initial");
+        goals(split_last(path).first, state, "to"); // of a history, which names what is beside it
+        formulas(path, state, {"entry", "during", "exit", "begin"});
+        if (!state.contains("transitions")) return;
+        for (auto& transition : state["transitions"]) {
+            if (transition.is_string()) on_name(path, transition.get_ref<std::string&>());
+            goals(path, transition, "to");
+            formulas(path, transition, {"if", "after", "every", "do"});
+        }
     });
 }
 
@@ -246,39 +289,13 @@ void NestedChart::rename_state(const std::string& path, const std::string& name)
         const auto rest = rest_under(meant, path);
         return rest ? renamed + *rest : std::string();
     };
-    std::vector<std::pair<std::string, std::string>> meant; // of all names in their order
-    each_name([&](const std::string& from, std::string& text) {
-        meant.emplace_back(from, now(resolved(text, from)));
-    });
-    // Formulas read states by these names, unless something else has them.
-    std::vector<std::string> others{"time", "period", "time_in_state"};
-    for (const char* key : {"inputs", "parameters", "variables"})
-        std::ranges::copy(names_in(json_, key), std::back_inserter(others));
-    const auto in_formulas = [&](const std::string& from, std::string text) {
-        std::string result;
-        for (std::size_t at = 0; at < text.size();) {
-            std::size_t end = at;
-            while (end < text.size() && (is_letter(text[end]) || (end > at && text[end] == '.'))) ++end;
-            std::string word = text.substr(at, std::max<std::size_t>(end - at, 1));
-            const bool is_name = end > at && !is_number(word) && (at == 0 || text[at - 1] != '.');
-            if (is_name && std::ranges::find(others, word) == others.end())
-                if (const std::string its = now(resolved(word, from)); !its.empty())
-                    word = as_much_of(its, word);
-            result += word;
-            at += std::max<std::size_t>(end - at, 1);
-        }
-        return result;
-    };
-    each_state(json_, [&](const std::string& at, Json& state) {
-        const auto change = [&](Json& map, const std::string& key) {
-            if (map.is_object() && map.contains(key) && map[key].is_string())
-                map[key] = in_formulas(at, map[key].get<std::string>());
-        };
-        for (const char* key : {"entry", "during", "exit", "begin"}) change(state, key);
-        if (!state.is_object() || !state.contains("transitions") || !state["transitions"].is_array()) return;
+    std::vector<std::string> meant; // of all names in their order
+    each_name(
+        [&](const std::string& from, std::string& text) { meant.push_back(now(resolved(text, from))); });
+    each_state(json_, [&](const std::string&, Json& state) {
+        if (!state.contains("transitions")) return;
         for (auto& transition : state["transitions"]) {
-            for (const char* key : {"if", "after", "every", "do"}) change(transition, key);
-            if (!transition.is_object() || !transition.contains("on")) continue;
+            if (!transition.contains("on")) continue;
             const auto event = [&](Json& one) {
                 if (one == "done.state." + old && resolved(old, path) == path) one = "done.state." + name;
             };
@@ -292,7 +309,7 @@ void NestedChart::rename_state(const std::string& path, const std::string& name)
     rename_key(states[inside_of(states)], old, name);
     std::size_t i = 0;
     each_name([&](const std::string& from, std::string& text) {
-        const std::string& its = meant[i++].second;
+        const std::string& its = meant[i++];
         if (its.empty()) return;
         text = as_much_of(its, text);
         if (resolved(text, from) != its) text = name_of(its, from);

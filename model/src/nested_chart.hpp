@@ -58,7 +58,7 @@ class NestedChart {
     const Json* transition_at(const std::string& path, std::string* state, std::size_t* place) const;
     /// The path of the state that a text means where it stands in the state `from`; empty: none.
     std::string resolved(const std::string& name, const std::string& from) const;
-    /// Each text that names states: goals, initial states and outputs.
+    /// Each text that may name states: goals, initial states, outputs, and names in formulas.
     void each_name(const std::function<void(const std::string& from, std::string& name)>& on_name);
     /// The shortest text that means a state where it stands in another one.
     std::string name_of(const std::string& path, const std::string& from) const;

@@ -392,5 +392,50 @@ TEST(NestedChart, BendsStayWithTheirTransitions) {
     EXPECT_TRUE(fork.layout.blocks.empty() && fork.layout.wires.empty());
 }
 
+TEST(NestedChart, FormulasFollowWhereTheyNameAState) {
+    const auto renamed = [](const std::string& action, const std::string& others = "") {
+        const Model model =
+            nested("{" + others + R"("states": {"go": {"states": {"in": {}}}, "b": {"entry": ")" + action +
+                   R"("}}})");
+        const std::string now = chart(after(model, Rename{"machine.go", "run"})), head = R"("entry": ")";
+        const std::size_t begin = now.find(head) + head.size();
+        return now.substr(begin, now.find('"', begin) - begin);
+    };
+    EXPECT_EQ(renamed("x = go + go.in + 2*go"), "x = run + run.in + 2*run");
+    EXPECT_EQ(renamed("raise go; send go after 2*go; cancel go; raise go.in; if go, x = 1; end"),
+              "raise go; send go after 2*run; cancel go; raise go.in; if run, x = 1; end")
+        << "events have names of their own";
+    EXPECT_EQ(renamed("x = go % go"), "x = run % go");
+    EXPECT_EQ(renamed("x = strcmp('go', 'in')"), "x = strcmp('go', 'in')");
+    EXPECT_EQ(renamed("x = go(1, go) + a.go"), "x = go(1, run) + a.go")
+        << "states are no functions or fields";
+    EXPECT_EQ(renamed("x = go", R"("inputs": "go", )"), "x = go") << "the input has that name";
+    EXPECT_EQ(renamed("x = go", R"("parameters": ["go"], )"), "x = go");
+    EXPECT_EQ(renamed("x = go", R"("variables": "go", "outputs": "go", )"), "x = go");
+    const std::string lists =
+        chart(after(nested(R"({"variables": ["go"], "outputs": ["go", "b"], "begin": "x = b", )"
+                           R"("states": {"go": {}, "b": {"during": ["x = b"], )"
+                           R"("transitions": ["b", {"do": ["x = b"]}]}}})"),
+                    Rename{"machine.b", "c"}));
+    EXPECT_EQ(lists, R"({"variables": ["go"], "outputs": ["go", "c"], "begin": "x = c", )"
+                     R"("states": {"go": {}, "c": {"during": ["x = c"], )"
+                     R"("transitions": ["c", {"do": ["x = c"]}]}}})");
+    EXPECT_TRUE(has(
+        after(nested(R"({"inputs": "a", "outputs": "a", "states": {"a": {}}})"), Rename{"machine.a", "b"}),
+        R"("inputs": "a", "outputs": "b")"))
+        << "inputs are no outputs";
+    EXPECT_TRUE(has(after(nested(R"({"variables": ["a"], "outputs": "a", "states": {"a": {}}})"),
+                          Rename{"machine.a", "b"}),
+                    R"("outputs": "a")"))
+        << "which is the variable";
+    EXPECT_TRUE(has(
+        after(
+            nested(
+                R"({"states": {"a": {"states": {"x": {}, "y": {"transitions": [{"to": "x", "if": "z"}]}}}, )"
+                R"("z": {}}})"),
+            Rename{"machine.z", "w"}),
+        R"("if": "w")"));
+}
+
 } // namespace
 } // namespace bf::model

@@ -161,7 +161,7 @@ Expression Reader::read_rows(const Node& key, const Node& value, const std::stri
 bool Reader::is_mapping_setting(const Node& block, const Node& key) {
     for (std::size_t i = 0; i + 1 < block.items.size(); i += 2)
         if (block.items[i].text == "block")
-            return has_chart({.type = block.items[i + 1].text}) && key.text == chart_setting;
+            return has_chart({.name = {}, .type = block.items[i + 1].text}) && key.text == chart_setting;
     return false;
 }
 

@@ -409,6 +409,13 @@ RemoteRobot::RemoteRobot(const Arguments& arguments)
       worst_age{this, "worst_age", {.unit = unit<"s">, .doc = "largest age", .reported = true}},
       last_drift{this, "final_drift", {.unit = unit<"s">, .doc = "last drift", .reported = true}} {}
 
+void RemoteRobot::require_names_of(const std::vector<std::string>& sensors, const std::string& source) {
+    const std::string separator = source.starts_with('/') ? "=/" : "=";
+    for (const auto& sensor : sensors)
+        if (sensor.find(separator) == std::string::npos)
+            problem("the sensor '" + sensor + "' is not given as name=" + source);
+}
+
 void RemoteRobot::start(Now at) const {
     if (!(at.period() > 0))
         throw std::runtime_error("the block has no sample time, and a robot needs one; give it a period");

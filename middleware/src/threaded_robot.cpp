@@ -224,10 +224,20 @@ class Threaded final : public RobotLink {
 
 } // namespace
 
-std::unique_ptr<RobotLink> make_threaded_link(std::string name, WaitingDriver driver, double period,
-                                              double watchdog) {
+ThreadArguments::ThreadArguments(Block* owner)
+    : interval{owner,
+               "interval",
+               {.initial = 0.001, .above = 0, .maximum = 1, .doc = "between two looks at the robot, s"}},
+      silence{owner,
+              "silence",
+              {.initial = 0.2,
+               .minimum = 0,
+               .doc = "without a step until the joints are taken back, s; 0: never"}} {}
+
+std::unique_ptr<RobotLink> make_threaded_link(std::string name, WaitingDriver driver,
+                                              const ThreadArguments& thread) {
     return std::make_unique<Threaded>(
-        std::make_shared<Worker>(std::move(name), std::move(driver), period, watchdog));
+        std::make_shared<Worker>(std::move(name), std::move(driver), thread.interval, thread.silence));
 }
 
 } // namespace bf::middleware

@@ -2,11 +2,13 @@
 
 #include "bf/base/names.hpp"
 #include "bf/core/value.hpp"
+#include "bf/middleware/bell.hpp"
 #include "bf/middleware/clock.hpp"
 #include "bf/middleware/outbox.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -14,6 +16,8 @@
 #include <mutex>
 #include <optional>
 #include <stdexcept>
+#include <thread>
+#include <utility>
 
 namespace bf::middleware {
 
@@ -25,18 +29,35 @@ Eigen::Vector3d roll_pitch_yaw(const Eigen::Vector4d& q) {
             std::atan2(R(1, 0), R(0, 0))};
 }
 
+void RobotTopics::halt(double) { throw std::runtime_error("it cannot be stepped"); }
+
 namespace {
 
 constexpr double longest_silence = 0.1; ///< s; older states are none
 constexpr double slowest = 0.05;        ///< s; shortest way
 constexpr double usual_speed = 0.5;     ///< rad/s of ways without a limit
+constexpr double longest_step = 5;      ///< s that a robot may take which stands still otherwise
 constexpr double never = -std::numeric_limits<double>::infinity();
+
+/// A sensor's newest message.
+struct SensorTopic {
+    SensorTopic(const std::string& text, Eigen::Index size) : values(size) {
+        const auto equals = text.find('=');
+        name = text.substr(0, equals);
+        topic = text.substr(equals + 1);
+    }
+    std::string name, topic;
+    VectorXd values;
+    double stamp = never; ///< s
+};
 
 class TopicRobot final : public toolbox::RobotConnection {
   public:
     TopicRobot(std::unique_ptr<RobotTopics> topics, const TopicRobotOptions& options)
         : topics_(std::move(topics)), options_(options),
           n_(static_cast<Eigen::Index>(options.joints.size())) {
+        for (const auto& text : options.wrenches) wrenches_.emplace_back(text, wrench_size);
+        for (const auto& text : options.imus) imus_.emplace_back(text, imu_size);
         for (std::size_t i = 0; i < options.joints.size(); ++i)
             ours_[options.joints[i]] = static_cast<Eigen::Index>(i);
     }
@@ -44,7 +65,7 @@ class TopicRobot final : public toolbox::RobotConnection {
 
     void start() override {
         stop();
-        const double end = now() + 0.8 * options_.start_timeout; // so that it says why itself
+        const double end = now() + options_.patience;
         is_open_ = true;
         topics_->open();
         for (auto* values : {&position_, &velocity_, &effort_}) values->setZero(n_);
@@ -53,25 +74,33 @@ class TopicRobot final : public toolbox::RobotConnection {
         stamp_ = 0;
         names_.clear();
         heard_.push_back(topics_->hear_states(options_.states, [this](const auto& states) { take(states); }));
-        for (const auto& text : options_.wrenches) {
-            VectorXd& values = wrenches_[text.substr(0, text.find('='))];
-            values.setZero(wrench_size);
+        // A time that stands still brings no new state, and the newest one counts on.
+        const auto stands = [this](double time) {
+            const std::lock_guard lock(mutex_);
+            if (time == stamp_) came_ = (came_.array() > 0).select(now(), came_);
+        };
+        if (!is_stepped()) heard_.push_back(topics_->hear_time(stands));
+        for (auto* sensors : {&wrenches_, &imus_})
+            for (auto& sensor : *sensors) {
+                sensor.values.setZero();
+                sensor.stamp = never;
+            }
+        for (auto& sensor : wrenches_)
             heard_.push_back(
-                topics_->hear_wrenches(text.substr(text.find('=') + 1), [this, &values](const auto& wrench) {
+                topics_->hear_wrenches(sensor.topic, [this, &sensor](const auto& wrench, double stamp) {
                     const std::lock_guard lock(mutex_);
-                    values = wrench;
+                    sensor.values = wrench;
+                    sensor.stamp = stamp;
+                    bell_.ring();
                 }));
-        }
-        for (const auto& text : options_.imus) {
-            VectorXd& values = imus_[text.substr(0, text.find('='))];
-            values.setZero(imu_size);
-            heard_.push_back(
-                topics_->hear_imu(text.substr(text.find('=') + 1), [this, &values](const auto& imu) {
-                    const std::lock_guard lock(mutex_);
-                    values.head<3>() = roll_pitch_yaw(imu.template head<4>());
-                    values.segment<6>(3) = imu.template tail<6>();
-                }));
-        }
+        for (auto& sensor : imus_)
+            heard_.push_back(topics_->hear_imu(sensor.topic, [this, &sensor](const auto& imu, double stamp) {
+                const std::lock_guard lock(mutex_);
+                sensor.values.head<3>() = roll_pitch_yaw(imu.template head<4>());
+                sensor.values.segment<6>(3) = imu.template tail<6>();
+                sensor.stamp = stamp;
+                bell_.ring();
+            }));
         const auto add = [&](ControlMode mode, const std::string& topic) {
             if (topic.empty()) return;
             outputs_[mode] = {mode == ControlMode::position ? topics_->ways(topic, options_.joints)
@@ -90,11 +119,12 @@ class TopicRobot final : public toolbox::RobotConnection {
             return all;
         };
         if (!wait_until(end, [&] { return missing().empty(); })) refuse(missing());
-        // Who listens is known a little later than what was said.
-        wait_until(std::min(end, now() + 0.3), [&] {
-            return std::ranges::all_of(outputs_,
-                                       [](const auto& its) { return its.second.end->readers() > 0; });
-        });
+        // Who listens is known a little later than what was said, and where messages are lost seconds later.
+        const auto is_heard = [](const auto& each) { return each.second.end->readers() > 0; };
+        wait_until(std::min(end, now() + topics_->longest_search()),
+                   [&] { return std::ranges::any_of(outputs_, is_heard); });
+        wait_until(std::min(end, now() + 0.3), [&] { return std::ranges::all_of(outputs_, is_heard); });
+        if (is_stepped()) halt(end);
     }
     void stop() noexcept override {
         if (!is_open_) return;
@@ -113,8 +143,30 @@ class TopicRobot final : public toolbox::RobotConnection {
         const std::lock_guard lock(mutex_);
         return stamp_;
     }
+    double step_size() const { return options_.step_size; }
+    /// Lets a robot that stands still do that many steps, and waits for what was measured then. Each command
+    /// is a step, and where there is none it is asked for one.
+    bool advance(int steps) noexcept {
+        for (; steps > 0; --steps) {
+            due_ += options_.step_size;
+            const bool is_asked = std::exchange(is_written_, false) || topics_->step();
+            if (is_asked)
+                bell_.wait(
+                    longest_step, [&] { return are_there(); }, 0);
+            if (is_asked && are_there()) continue;
+            const std::string why = topics_->refusal();
+            std::snprintf(error_, sizeof error_, "does not go on from t = %.9g s%s%s", time(),
+                          !is_asked     ? ", as a call of its service 'robot/step' is not sent"
+                          : why.empty() ? "; look at its server"
+                                        : ": ",
+                          why.c_str());
+            return false;
+        }
+        return true;
+    }
     bool read(Measurement what, Eigen::Ref<VectorXd> values) noexcept override {
-        if (age() > longest_silence) return told(false, "no state of all joints on", options_.states);
+        if (!is_stepped() && age() > longest_silence)
+            return told(false, "no state of all joints on", options_.states);
         const std::lock_guard lock(mutex_);
         switch (what) {
         case Measurement::joint_position: values = position_; return true;
@@ -129,11 +181,12 @@ class TopicRobot final : public toolbox::RobotConnection {
     }
     bool read(Sensor kind, const std::string& name, Eigen::Ref<VectorXd> values) noexcept override {
         const std::lock_guard lock(mutex_);
-        const auto& all = kind == Sensor::imu ? imus_ : wrenches_;
-        const auto found = all.find(name);
-        if (found == all.end()) return told(false, "no sensor", name);
-        values = found->second;
-        return true;
+        for (const auto& sensor : kind == Sensor::imu ? imus_ : wrenches_) {
+            if (sensor.name != name) continue;
+            values = sensor.values;
+            return true;
+        }
+        return told(false, "no sensor", name);
     }
     bool read(Limits, Eigen::Ref<VectorXd> minimum, Eigen::Ref<VectorXd> maximum) noexcept override {
         maximum.setConstant(std::numeric_limits<double>::infinity());
@@ -142,7 +195,7 @@ class TopicRobot final : public toolbox::RobotConnection {
     }
     std::vector<std::string> sensors(Sensor kind) const override {
         std::vector<std::string> names;
-        for (const auto& [name, values] : kind == Sensor::imu ? imus_ : wrenches_) names.push_back(name);
+        for (const auto& sensor : kind == Sensor::imu ? imus_ : wrenches_) names.push_back(sensor.name);
         return names;
     }
     bool set_mode(ControlMode mode) noexcept override {
@@ -171,6 +224,7 @@ class TopicRobot final : public toolbox::RobotConnection {
         target_ = references;
         found->second.end->send({target_.data(), static_cast<std::size_t>(n_)}, duration);
         if (mode != ControlMode::position) target_.resize(0);
+        is_written_ = true;
         return true;
     }
     const ErrorText& error() const noexcept override { return error_; }
@@ -212,13 +266,35 @@ class TopicRobot final : public toolbox::RobotConnection {
             has_velocity_[at] |= take_one(states.velocity, i, velocity_[at]);
             has_effort_[at] |= take_one(states.effort, i, effort_[at]);
             came_[at] = now();
-            stamp_ = std::max(stamp_, states.stamp); // programs with some of the joints are not equally far
+            // Programs that tell of some of the joints each are not equally far.
+            // One that is led has one program, and when that begins again its time goes back.
+            stamp_ = is_stepped() ? states.stamp : std::max(stamp_, states.stamp);
         }
+        bell_.ring();
+    }
+    bool is_stepped() const noexcept { return options_.step_size > 0; }
+    /// Has all come that was measured at the time where the robot is to be?
+    bool are_there() const {
+        const std::lock_guard lock(mutex_);
+        const double from = due_ - options_.step_size / 2;
+        const auto is_there = [&](const SensorTopic& sensor) { return sensor.stamp >= from; };
+        return stamp_ >= from && std::ranges::all_of(wrenches_, is_there) &&
+               std::ranges::all_of(imus_, is_there);
+    }
+    /// Lets the robot stand still until it is stepped.
+    void halt(double end) {
+        topics_->halt(end);
+        std::this_thread::sleep_for(std::chrono::milliseconds(20)); // a step under way ends
+        due_ = time();
+        is_written_ = false;
+        if (!wait_until(end, [&] { return are_there(); }))
+            throw std::runtime_error("its sensors tell nothing of t = " + Value(due_).describe() +
+                                     " s, at which it stands still; correct their topics");
     }
     [[noreturn]] void refuse(const std::vector<std::string>& missing) const {
         if (const auto why = topics_->refusal(); !why.empty()) throw std::runtime_error(why);
         const std::lock_guard lock(mutex_);
-        const std::string within = " within " + Value(0.8 * options_.start_timeout).describe() + " s";
+        const std::string within = " within " + Value(options_.patience).describe() + " s";
         if (names_.empty())
             throw std::runtime_error("no message came on the topic '" + options_.states + "'" + within +
                                      "; start the robot, or correct namespace and states");
@@ -248,12 +324,15 @@ class TopicRobot final : public toolbox::RobotConnection {
     std::map<std::string, Eigen::Index> ours_;
     std::map<ControlMode, Output> outputs_;
     mutable std::mutex mutex_; ///< of what has come
-    std::map<std::string, VectorXd> wrenches_, imus_;
+    std::vector<SensorTopic> wrenches_, imus_;
     std::vector<std::string> names_;
     std::vector<Eigen::Index> places_; ///< our number of each name; -1: none of ours
     VectorXd position_, velocity_, effort_, came_;
     Eigen::Array<bool, Eigen::Dynamic, 1> has_velocity_, has_effort_; ///< of each joint, so far
     double stamp_ = 0;
+    Bell bell_{};
+    double due_ = 0;          ///< time to which a robot that is stepped is to go, s
+    bool is_written_ = false; ///< a command, since it went on
     std::optional<ControlMode> mode_;
     VectorXd target_;
     double speed_ = usual_speed;
@@ -288,6 +367,11 @@ WaitingDriver make_topic_robot(std::unique_ptr<RobotTopics> topics, const TopicR
     TopicRobot* const its = robot.get();
     WaitingDriver driver{std::move(device), std::move(robot)};
     if (options.is_clock) driver.clock = [its] { return its->time(); };
+    if (options.step_size > 0) {
+        driver.time = [its] { return its->time(); };
+        driver.period = [its] { return its->step_size(); };
+        driver.advance = [its](int steps) { return its->advance(steps); };
+    }
     return driver;
 }
 

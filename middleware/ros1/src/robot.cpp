@@ -71,30 +71,31 @@ class Topics final : public middleware::RobotTopics {
                         const auto names = texts_of(type.value(message, "name"));
                         const auto position = numbers(type, message, "position"),
                                    velocity = numbers(type, message, "velocity"),
-                                   effort = numbers(type, message, "effort"),
-                                   stamp = numbers(type, message, "header.stamp");
-                        taken({names, position, velocity, effort, stamp[0]});
+                                   effort = numbers(type, message, "effort");
+                        taken({names, position, velocity, effort, stamp(type, message)});
                     });
     }
     std::shared_ptr<void> hear_wrenches(
-        const std::string& topic, std::function<void(const Eigen::Matrix<double, 6, 1>&)> taken) override {
+        const std::string& topic,
+        std::function<void(const Eigen::Matrix<double, 6, 1>&, double)> taken) override {
         return hear(topic, "geometry_msgs/WrenchStamped",
                     [taken = std::move(taken)](const MessageType& type, const Message& message) {
                         Eigen::Matrix<double, 6, 1> wrench;
                         type.field("wrench.force")->read(&message, wrench.data(), 3);
                         type.field("wrench.torque")->read(&message, wrench.data() + 3, 3);
-                        taken(wrench);
+                        taken(wrench, stamp(type, message));
                     });
     }
-    std::shared_ptr<void> hear_imu(const std::string& topic,
-                                   std::function<void(const Eigen::Matrix<double, 10, 1>&)> taken) override {
+    std::shared_ptr<void> hear_imu(
+        const std::string& topic,
+        std::function<void(const Eigen::Matrix<double, 10, 1>&, double)> taken) override {
         return hear(topic, "sensor_msgs/Imu",
                     [taken = std::move(taken)](const MessageType& type, const Message& message) {
                         Eigen::Matrix<double, 10, 1> imu;
                         type.field("orientation")->read(&message, imu.data(), 4);
                         type.field("linear_acceleration")->read(&message, imu.data() + 4, 3);
                         type.field("angular_velocity")->read(&message, imu.data() + 7, 3);
-                        taken(imu);
+                        taken(imu, stamp(type, message));
                     });
     }
     std::unique_ptr<middleware::CommandTopic> commands(const std::string& topic) override {
@@ -124,6 +125,10 @@ class Topics final : public middleware::RobotTopics {
         return all;
     }
 
+    static double stamp(const MessageType& type, const Message& message) {
+        return numbers(type, message, "header.stamp")[0];
+    }
+
     Node node_;
     mutable std::mutex mutex_;
     std::string refusal_;
@@ -132,10 +137,8 @@ class Topics final : public middleware::RobotTopics {
 class RobotBlock final : public middleware::RemoteRobot {
   public:
     explicit RobotBlock(const Arguments& arguments) : RemoteRobot(arguments) {
-        for (const auto* list : {&*wrenches, &*imus})
-            for (const auto& sensor : *list)
-                if (sensor.find('=') == std::string::npos)
-                    problem("the sensor '" + sensor + "' is not given as name=topic");
+        require_names_of(wrenches, "topic");
+        require_names_of(imus, "topic");
         for (auto& text : Session::problems_of(remap)) problem(std::move(text));
     }
     Argument<std::string> name_space{
@@ -174,14 +177,7 @@ class RobotBlock final : public middleware::RemoteRobot {
         this, "wrenches", {.doc = "force/torque sensors, each as name=topic of geometry_msgs/WrenchStamped"}};
     Argument<std::vector<std::string>> imus{
         this, "imus", {.doc = "inertial sensors, each as name=topic of sensor_msgs/Imu"}};
-    Argument<double> interval{
-        this,
-        "interval",
-        {.initial = 0.001, .above = 0, .maximum = 1, .doc = "between two looks at what came, s"}};
-    Argument<double> silence{
-        this,
-        "silence",
-        {.initial = 0.2, .minimum = 0, .doc = "without a step until the joints are taken back, s; 0: never"}};
+    middleware::ThreadArguments thread{this};
 
   private:
     std::unique_ptr<middleware::RobotLink> make_link() const override {
@@ -195,8 +191,8 @@ class RobotBlock final : public middleware::RemoteRobot {
                                           .wrenches = wrenches,
                                           .imus = imus,
                                           .is_clock = use_stamps,
-                                          .start_timeout = start_timeout}),
-            interval, silence);
+                                          .patience = 0.8 * start_timeout}), // so that it says why itself
+            thread);
     }
 };
 

@@ -15,10 +15,8 @@ namespace {
 class RobotBlock final : public middleware::RemoteRobot {
   public:
     explicit RobotBlock(const Arguments& arguments) : RemoteRobot(arguments) {
-        for (const auto* list : {&*wrenches, &*imus})
-            for (const auto& sensor : *list)
-                if (sensor.find('=') == std::string::npos)
-                    problem("the sensor '" + sensor + "' is not given as name=topic");
+        require_names_of(wrenches, "topic");
+        require_names_of(imus, "topic");
         std::vector<std::string> problems;
         arguments_ = node_arguments(remap, use_sim_time, problems);
         for (auto& text : problems) problem(std::move(text));
@@ -68,28 +66,23 @@ class RobotBlock final : public middleware::RemoteRobot {
         {.doc = "force/torque sensors, each as name=topic of geometry_msgs/msg/WrenchStamped"}};
     Argument<std::vector<std::string>> imus{
         this, "imus", {.doc = "inertial sensors, each as name=topic of sensor_msgs/msg/Imu"}};
-    Argument<double> interval{
-        this,
-        "interval",
-        {.initial = 0.001, .above = 0, .maximum = 1, .doc = "between two looks at what came, s"}};
-    Argument<double> silence{
-        this,
-        "silence",
-        {.initial = 0.2, .minimum = 0, .doc = "without a step until the joints are taken back, s; 0: never"}};
+    middleware::ThreadArguments thread{this};
 
   private:
     std::unique_ptr<middleware::RobotLink> make_link() const override {
-        return middleware::make_threaded_link("ROS 2 robot in the namespace " + *name_space,
-                                              make_driver({{node, name_space, arguments_},
-                                                           joint_names(),
-                                                           states,
-                                                           {effort, velocity, position, trajectory},
-                                                           wrenches,
-                                                           imus,
-                                                           use_sim_time,
-                                                           step_size,
-                                                           start_timeout}),
-                                              interval, silence);
+        return middleware::make_threaded_link(
+            "ROS 2 robot in the namespace " + *name_space,
+            middleware::make_topic_robot(make_robot_topics({node, name_space, arguments_}, step_size > 0),
+                                         {.kind = "ROS 2 robot",
+                                          .joints = joint_names(),
+                                          .states = states,
+                                          .commands = {effort, velocity, position, trajectory},
+                                          .wrenches = wrenches,
+                                          .imus = imus,
+                                          .is_clock = use_sim_time,
+                                          .patience = 0.9 * start_timeout, // so that it says why itself
+                                          .step_size = step_size}),
+            thread);
     }
     std::vector<std::string> arguments_;
 };

@@ -12,10 +12,8 @@ class Robot final : public middleware::RemoteRobot {
     explicit Robot(const Arguments& arguments) : RemoteRobot(arguments) {
         if (boards->empty())
             problem("argument 'boards' is empty; name the robot's control boards, such as left_leg");
-        for (const auto* list : {&*wrenches, &*imus})
-            for (const auto& sensor : *list)
-                if (sensor.find("=/") == std::string::npos)
-                    problem("the sensor '" + sensor + "' is not given as name=/port");
+        require_names_of(wrenches, "/port");
+        require_names_of(imus, "/port");
     }
     Argument<std::string> robot{this, "robot", {.initial = "icubSim", .doc = "prefix of the robot's ports"}};
     Argument<std::vector<std::string>> boards{
@@ -36,20 +34,13 @@ class Robot final : public middleware::RemoteRobot {
         "simulator",
         {.doc = "port by which a simulated robot goes on, such as /clock/rpc: with each step by one period, "
                 "after what was commanded has come; none: the robot has a clock of its own"}};
-    Argument<double> interval{
-        this,
-        "interval",
-        {.initial = 0.001, .above = 0, .maximum = 1, .doc = "between two looks at the robot, s"}};
-    Argument<double> silence{
-        this,
-        "silence",
-        {.initial = 0.2, .minimum = 0, .doc = "without a step until the joints are taken back, s; 0: never"}};
+    middleware::ThreadArguments thread{this};
 
   private:
     std::unique_ptr<middleware::RobotLink> make_link() const override {
         return middleware::make_threaded_link(
             "YARP robot '" + *robot + "'",
-            make_driver({robot, boards, joint_names(), local, wrenches, imus, simulator}), interval, silence);
+            make_driver({robot, boards, joint_names(), local, wrenches, imus, simulator}), thread);
     }
 };
 

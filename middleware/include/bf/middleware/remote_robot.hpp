@@ -150,6 +150,9 @@ class RemoteRobot : public Block {
   protected:
     /// Nothing is opened yet.
     virtual std::unique_ptr<RobotLink> make_link() const = 0;
+    /// Each sensor is to be given as NAME=SOURCE, of which `source` says how it is written, from its first
+    /// letter on if that is '/'.
+    void require_names_of(const std::vector<std::string>& sensors, const std::string& source);
     const std::vector<std::string>& joint_names() const {
         return joints->empty() ? controlled->names : *joints;
     }

@@ -25,10 +25,16 @@ struct WaitingDriver {
     std::function<bool(int steps)> advance = nullptr;
 };
 
-/// The link to it. The thread serves the robot as a program of its own would: every `period` s it reads all,
-/// and gives what was commanded; when no command has come for `watchdog` s, it takes the joints back. A robot
-/// that can be advanced goes on with each command instead. `name` is how users call it.
-std::unique_ptr<RobotLink> make_threaded_link(std::string name, WaitingDriver driver, double period,
-                                              double watchdog);
+/// What users may say of its thread.
+struct ThreadArguments {
+    explicit ThreadArguments(Block* owner);
+    Argument<double> interval, silence; ///< s
+};
+
+/// The link to it. The thread serves the robot as a program of its own would: every `interval` s it reads
+/// all, and gives what was commanded; when no command has come for `silence` s, it takes the joints back. A
+/// robot that can be advanced goes on with each command instead. `name` is how users call it.
+std::unique_ptr<RobotLink> make_threaded_link(std::string name, WaitingDriver driver,
+                                              const ThreadArguments& thread);
 
 } // namespace bf::middleware

@@ -37,17 +37,29 @@ class RobotTopics {
     virtual void close() noexcept = 0;
     virtual std::shared_ptr<void> hear_states(const std::string& topic,
                                               std::function<void(const JointStates&)> taken) = 0;
-    /// Force and torque.
+    /// Force and torque, and the stamp of the header, s.
     virtual std::shared_ptr<void> hear_wrenches(
-        const std::string& topic, std::function<void(const Eigen::Matrix<double, 6, 1>&)> taken) = 0;
-    /// Orientation x y z w, linear acceleration, angular velocity.
+        const std::string& topic,
+        std::function<void(const Eigen::Matrix<double, 6, 1>&, double stamp)> taken) = 0;
+    /// Orientation x y z w, linear acceleration, angular velocity, and the stamp of the header, s.
     virtual std::shared_ptr<void> hear_imu(
-        const std::string& topic, std::function<void(const Eigen::Matrix<double, 10, 1>&)> taken) = 0;
+        const std::string& topic,
+        std::function<void(const Eigen::Matrix<double, 10, 1>&, double stamp)> taken) = 0;
+    /// The time that drives the robot, s, which may stand still; null: nobody tells it.
+    virtual std::shared_ptr<void> hear_time(std::function<void(double)>) { return nullptr; }
     virtual std::unique_ptr<CommandTopic> commands(const std::string& topic) = 0;
     virtual std::unique_ptr<CommandTopic> ways(const std::string& topic,
                                                const std::vector<std::string>& joints) = 0;
-    /// Why what came is not taken, such as who sends another type; empty: nothing is wrong.
+    /// How long nobody may be known to listen to commands, though somebody does, s.
+    virtual double longest_search() const noexcept { return 0; }
+    /// Why what came is not taken, such as who sends another type, or why the robot did no step; empty:
+    /// nothing is wrong.
     virtual std::string refusal() const = 0;
+
+    /// Lets a robot that is stepped stand still, up to that time of now(). Throws std::runtime_error.
+    virtual void halt(double end);
+    /// Asks it for a step, which has no answer; false: it is not asked.
+    virtual bool step() noexcept { return false; }
 };
 
 /// What controllers listen to; empty: there is none.
@@ -62,7 +74,8 @@ struct TopicRobotOptions {
     RobotCommandTopics commands;
     std::vector<std::string> wrenches, imus; ///< "sensor=topic" each
     bool is_clock;                           ///< the robot's time is that of its messages
-    double start_timeout;                    ///< s
+    double patience;                         ///< of the start, until it says what is missing, s
+    double step_size = 0; ///< of a robot that stands still until it is commanded, s; 0: its time goes on
 };
 
 /// A driver whose calls wait. Nothing is opened yet.

@@ -45,11 +45,12 @@ class States final : public Sender {
     void send() override {
         looked_ = middleware::now();
         const int before = std::exchange(readers_, readers());
+        const bool has_come = readers_ > before;
         if (newest.newest() == sent_) {
             clock_->publish(clock_message_.get()); // by which others know that it stands still
             // Whoever answers each state would answer one that comes twice. So it is sent again only for
             // those who have come since, when both sides know each other, and nobody answers it.
-            if (readers_ > before) {
+            if (has_come) {
                 have_come_ = true;
                 last_ = looked_;
             }
@@ -59,7 +60,7 @@ class States final : public Sender {
         if (!newest.read(state_.data(), stamp)) return;
         sent_ = stamp.number;
         last_ = looked_;
-        have_come_ = false;
+        have_come_ = has_come; // who may not know us yet, and miss it
         const auto time = messages::time_of(state_[RobotLayout::time]);
         clock_message_->clock = time;
         const auto fill = [&](Measurement what, rosidl_runtime_c__double__Sequence& to) {

@@ -5,6 +5,8 @@
 #include "named.hpp"
 
 #include <algorithm>
+#include <iterator>
+#include <set>
 
 namespace bf::analysis {
 
@@ -26,49 +28,38 @@ namespace {
 
 /// Outputs that change with the input.
 std::vector<bool> changing(const LinearSystem& system) {
-    // A state moves when the input, or another one that moves, is in its equation.
-    std::vector<bool> moves(static_cast<std::size_t>(system.A.rows()));
-    for (bool goes_on = true; goes_on;) {
-        goes_on = false;
-        for (Eigen::Index i = 0; i < system.A.rows(); ++i) {
-            if (moves[static_cast<std::size_t>(i)]) continue;
-            bool its = !system.B.row(i).isZero(0);
-            for (Eigen::Index k = 0; k < system.A.rows(); ++k)
-                its = its || (moves[static_cast<std::size_t>(k)] && system.A(i, k) != 0);
-            moves[static_cast<std::size_t>(i)] = its;
-            goes_on = goes_on || its;
-        }
-    }
+    std::set<int> first;
+    for (Eigen::Index i = 0; i < system.B.rows(); ++i)
+        if (!system.B.row(i).isZero(0)) first.insert(static_cast<int>(i));
+    const auto moving = reached(std::move(first), [&](int k, auto&& go) {
+        for (Eigen::Index i = 0; i < system.A.rows(); ++i)
+            if (system.A(i, k) != 0) go(static_cast<int>(i));
+    });
     std::vector<bool> all;
-    for (Eigen::Index o = 0; o < system.D.rows(); ++o) {
-        bool its = !system.D.row(o).isZero(0);
-        for (Eigen::Index k = 0; k < system.A.rows(); ++k)
-            its = its || (moves[static_cast<std::size_t>(k)] && system.C(o, k) != 0);
-        all.push_back(its);
-    }
+    for (Eigen::Index o = 0; o < system.D.rows(); ++o)
+        all.push_back(!system.D.row(o).isZero(0) ||
+                      std::ranges::any_of(moving, [&](int k) { return system.C(o, k) != 0; }));
     return all;
 }
 
-/// Blocks that follow after these, or stand before them, over wires.
-std::vector<bool> reached(const Diagram& d, int from, bool backwards) {
-    std::vector<bool> all(d.nodes.size());
-    std::vector<int> left{from};
-    while (!left.empty()) {
-        const int n = left.back();
-        left.pop_back();
-        const auto see = [&](int other) {
-            if (other < 0 || all[static_cast<std::size_t>(other)]) return;
-            all[static_cast<std::size_t>(other)] = true;
-            left.push_back(other);
-        };
-        if (backwards)
-            for (const auto& source : d.nodes[static_cast<std::size_t>(n)].sources) see(source.node);
-        else
-            for (int other = 0; other < static_cast<int>(d.nodes.size()); ++other)
-                for (const auto& source : d.nodes[static_cast<std::size_t>(other)].sources)
-                    if (source.node == n) see(other);
-    }
-    return all;
+/// Blocks on loops over wires through that one.
+std::set<int> on_loops(const Diagram& d, int through) {
+    std::vector<std::vector<int>> readers(d.nodes.size()), sources(d.nodes.size());
+    for (std::size_t n = 0; n < d.nodes.size(); ++n)
+        for (const auto& source : d.nodes[n].sources)
+            if (source.node >= 0) {
+                readers[static_cast<std::size_t>(source.node)].push_back(static_cast<int>(n));
+                sources[n].push_back(source.node);
+            }
+    const auto along = [through](const auto& next) {
+        const auto& first = next[static_cast<std::size_t>(through)];
+        return reached({first.begin(), first.end()}, [&](int n, auto&& go) {
+            for (const int other : next[static_cast<std::size_t>(n)]) go(other);
+        });
+    };
+    std::set<int> both;
+    std::ranges::set_intersection(along(readers), along(sources), std::inserter(both, both.end()));
+    return both;
 }
 
 } // namespace
@@ -80,20 +71,18 @@ std::string why_nothing_returns(Simulation& run, const std::string& signal,
     const SignalFinder finder(d);
     const auto cut = named(signal, [&](const std::string& path) { return finder.find(path); }).end;
     if (cut.node < 0) return begin + "no path leads from it to itself";
-    const auto before = reached(d, cut.node, true), after = reached(d, cut.node, false);
-    if (!before[static_cast<std::size_t>(cut.node)]) return begin + "no path leads from it to itself";
+    const auto on_loop = on_loops(d, cut.node);
+    if (on_loop.empty()) return begin + "no path leads from it to itself";
     // Which signals of blocks on the way change by what is added?
     LinearizeOptions options{.from = {signal}, .to = {}, .open = open};
     options.open.push_back(signal);
     std::vector<int> nodes;
     for (const auto& one : finder.all()) {
-        const auto n = static_cast<std::size_t>(one.end.node);
-        const Slot& slot = d.slot(one.end);
-        if (!before[n] || !after[n] || slot.type != Type::float64) continue;
+        if (!on_loop.contains(one.end.node) || d.slot(one.end).type != Type::float64) continue;
         options.to.push_back(one.path);
         nodes.push_back(one.end.node);
     }
-    std::vector<bool> moves(d.nodes.size());
+    std::set<int> moving;
     std::vector<std::string> held;
     try {
         const auto system = linearize(run, options);
@@ -104,26 +93,24 @@ std::string why_nothing_returns(Simulation& run, const std::string& signal,
                    (system.outputs[row].size() == options.to[i].size() ||
                     system.outputs[row][options.to[i].size()] == '[');
                  ++row)
-                if (changes[row]) moves[static_cast<std::size_t>(nodes[i])] = true;
+                if (changes[row]) moving.insert(nodes[i]);
         held = system.held;
     } catch (const RunError& error) {
         return begin + error.what();
     }
     std::vector<std::string> stops;
-    for (std::size_t n = 0; n < d.nodes.size(); ++n) {
-        if (!before[n] || !after[n] || moves[n]) continue;
-        const auto& sources = d.nodes[n].sources;
-        if (!std::any_of(sources.begin(), sources.end(), [&](const auto& source) {
-                return source.node == cut.node ||
-                       (source.node >= 0 && moves[static_cast<std::size_t>(source.node)]);
+    for (const int n : on_loop) {
+        const DiagramNode& node = d.nodes[static_cast<std::size_t>(n)];
+        if (moving.contains(n) || std::ranges::none_of(node.sources, [&](const auto& source) {
+                return source.node == cut.node || moving.contains(source.node);
             }))
             continue;
         // "controller: it is disabled" tells more of what is in it.
         for (const auto& text : held)
             if (const auto owner = text.substr(0, text.find(':'));
-                d.nodes[n].path == owner || d.nodes[n].path.starts_with(owner + "."))
+                node.path == owner || node.path.starts_with(owner + "."))
                 return begin + text;
-        stops.push_back("'" + d.nodes[n].path + "'");
+        stops.push_back("'" + node.path + "'");
     }
     if (stops.empty()) return begin + "what is open lies in the loop";
     std::string all;

@@ -163,6 +163,8 @@ with tempfile.TemporaryDirectory() as folder:
     assert [values[k * 10_000_000][-1] for k in range(3)] == [[1.0], [2.0], [3.0]], values
     text = says("--quiet", "--snapshot", str(folder / "snapshot.bin"))
     assert "f: its state lives outside and cannot be saved" in text, text
+    odd("-DCOMPUTES_ONCE")  # an input that no output waits for is written before outputs are read, where it has its value
+    assert says("--quiet", code=0) == ""
     odd("-DFAILS_AT=3")
     assert "odd.fmu: fmi3DoStep gave Error: thrown on purpose" in says(), says()
     odd("-DTERMINATES")

@@ -9,7 +9,7 @@
 #endif
 
 typedef struct {
-    int steps, is_configuring, is_configured;
+    int steps, is_configuring, is_configured, is_read;
     size_t n; /* rows of v */
     fmi3InstanceEnvironment environment;
     fmi3LogMessageCallback log;
@@ -83,6 +83,7 @@ fmi3Status fmi3SetUInt64(fmi3Instance i, const fmi3ValueReference* r, size_t n, 
 fmi3Status fmi3DoStep(fmi3Instance i, fmi3Float64 time, fmi3Float64 step, fmi3Boolean forgets, fmi3Boolean* event,
                       fmi3Boolean* terminate, fmi3Boolean* early, fmi3Float64* reached) {
     Odd* odd = i;
+    odd->is_read = 0;
 #ifdef CRASHES
     *(volatile int*)NULL = 1;
 #endif
@@ -112,7 +113,9 @@ fmi3Status fmi3DoStep(fmi3Instance i, fmi3Float64 time, fmi3Float64 step, fmi3Bo
 #endif
 
 fmi3Status fmi3GetFloat64(fmi3Instance i, const fmi3ValueReference* r, size_t n, fmi3Float64* values, size_t size) {
-    for (size_t k = 0; k < size; ++k) values[k] = ((Odd*)i)->steps;
+    Odd* odd = i;
+    odd->is_read = 1;
+    for (size_t k = 0; k < size; ++k) values[k] = odd->steps;
     return fmi3OK;
 }
 fmi3Status fmi3GetFloat32(fmi3Instance i, const fmi3ValueReference* r, size_t n, fmi3Float32* values, size_t size) {
@@ -128,6 +131,9 @@ fmi3Status fmi3GetUInt64(fmi3Instance i, const fmi3ValueReference* r, size_t n, 
     return fmi3OK;
 }
 fmi3Status fmi3SetFloat64(fmi3Instance i, const fmi3ValueReference* r, size_t n, const fmi3Float64* values, size_t size) {
+#ifdef COMPUTES_ONCE
+    if (((Odd*)i)->is_read) return fmi3Error; /* of this step */
+#endif
     return fmi3OK;
 }
 

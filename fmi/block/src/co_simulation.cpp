@@ -39,7 +39,9 @@ class CoSimulation final : public FmuBlock {
     Status output(Now at, Out) const noexcept override {
         Running& its = at[running_];
         if (!its.instance) return Status::failure("the FMU was not started");
-        if (!its.is_restored || !tune(at) || !its.transfers[early].write_to(*its.instance, at))
+        // What no output waits for is written, too: where it has its value of this step already, the FMU need
+        // not compute its signals again when the step ends.
+        if (!its.is_restored || !write_new(at, tunable) || !write(at, early) || !write(at, late))
             return its.failure();
         if (its.memory.is_initialized == 0 && !its.instance->exit_initialization()) return its.failure();
         its.memory.is_initialized = 1;
@@ -52,7 +54,7 @@ class CoSimulation final : public FmuBlock {
     Status update(Now at, Next) const noexcept override {
         Running& its = at[running_];
         Event event;
-        if (!its.transfers[late].write_to(*its.instance, at)) return its.failure();
+        if (!write_new(at, late)) return its.failure();
         if (its.instance->state() == event_mode &&
             !(its.write_clocked(at, &Running::Clocked::late) && its.end_event(at, event) &&
               its.instance->enter_step_mode()))
@@ -66,14 +68,16 @@ class CoSimulation final : public FmuBlock {
     bool begin(Now at) const noexcept {
         Running& its = at[running_];
         its.memory = {};
-        return its.transfers[fixed].write_to(*its.instance, at) &&
-               its.transfers[tunable].write_to(*its.instance, at) &&
+        return write(at, fixed) && write(at, tunable) &&
                its.instance->enter_initialization(at.time()) && its.clockwork.begin(*its.instance, at.time());
     }
-    /// Parameters that were changed since the last step; fixed ones count where a run begins.
-    bool tune(Now at) const noexcept {
+    bool write(Now at, int which) const noexcept {
         Running& its = at[running_];
-        return !its.transfers[tunable].differs(at) || its.transfers[tunable].write_to(*its.instance, at);
+        return its.transfers[static_cast<std::size_t>(which)].write_to(*its.instance, at);
+    }
+    /// Where something changed since they were written.
+    bool write_new(Now at, int which) const noexcept {
+        return !at[running_].transfers[static_cast<std::size_t>(which)].differs(at) || write(at, which);
     }
 };
 

@@ -92,8 +92,7 @@ bool Transfer::read_from(Instance& instance, Now at) noexcept {
 
 bool Transfer::differs(Now at) const noexcept {
     return std::any_of(items_.begin(), items_.end(), [&](const Item& item) {
-        const auto* const before = written_.data() + item.written;
-        return !std::equal(before, before + size(item), static_cast<const std::byte*>(item.port->memory(at)));
+        return std::memcmp(written_.data() + item.written, item.port->memory(at), size(item)) != 0;
     });
 }
 

@@ -78,9 +78,10 @@ std::string Generator::derivatives_source(const std::vector<std::string>& places
            "        return true;\n    }\n    bool fail(const char*, const char*) noexcept { return false; "
            "}\n" +
            declarations + "};\n\nconst std::ptrdiff_t OnNumbers::places[] = {" + rows + "};\n" + functions +
-           "\n} // namespace\n\nnamespace bf::generated {\nextern const FmuDerivatives fmu_derivatives;\n"
-           "const FmuDerivatives fmu_derivatives{OnNumbers::places, &on_numbers::compute<" +
-           class_ + ", OnNumbers>};\n} // namespace bf::generated\n";
+           "\n} // namespace\n\nnamespace bf::generated {\nextern const FmuDerivatives " + file_ +
+           "_derivatives;\nconst FmuDerivatives " + file_ +
+           "_derivatives{OnNumbers::places, &on_numbers::compute<" + class_ +
+           ", OnNumbers>};\n} // namespace bf::generated\n";
 }
 
 } // namespace bf::codegen

@@ -2,13 +2,7 @@
 #include "bf/codegen/fmu.hpp"
 
 #include "generator.hpp"
-#include "texts.hpp"
-
-#include "bf/core/hash.hpp"
-
-#include <cstdio>
 #include <set>
-#include <span>
 #include <unordered_set>
 
 namespace bf::codegen {
@@ -136,8 +130,9 @@ bool Generator::are_signals_repeatable() const {
            are_all(program_.step, {Kind::hit, Kind::evaluate});
 }
 
-FmuCode Generator::fmu(const FmuChoice& choice, const std::map<std::string, std::string>& folders) {
-    FmuCode code;
+FmuPart Generator::fmu(const FmuChoice& choice, const std::map<std::string, std::string>& folders) {
+    FmuPart part;
+    FmuCode& code = part.code;
     is_fmu_ = true;
     folders_ = folders;
     for (auto& [name, text] : run())
@@ -153,7 +148,6 @@ FmuCode Generator::fmu(const FmuChoice& choice, const std::map<std::string, std:
     code.identifier = file_;
 
     std::vector<int> clocked; // rates
-    std::string clocks;
     if (choice.has_clocks) {
         clocked = clocked_rates();
         for (const int rate : clocked) {
@@ -171,22 +165,22 @@ FmuCode Generator::fmu(const FmuChoice& choice, const std::map<std::string, std:
                 std::to_string(code.clocks.size()) +
                 " rates of sampled blocks, but must have 1 to 64; export it without clocks");
     }
-    std::string rows;
     std::vector<std::string> places; // of numbers that have derivatives
     std::unordered_set<std::string> names{"time"};
     Dependencies dependencies(diagram_);
     const auto add = [&](FmuVariable variable, const char* table, int row, const std::string& place = {}) {
+        if (std::count(choice.structural.begin(), choice.structural.end(), variable.name)) return;
         const bool is_new = names.insert(variable.name).second;
         if (!is_new && variable.role == FmuVariable::Role::signal) return; // an output of that name is it
         if (!is_new)
             throw GenerationError(
                 "no FMU can be made of '" + diagram_.name + "': '" + variable.name +
                 "' names two of its ports, parameters or variables, or is the time; rename one");
-        rows += std::string("    {") + table + ", " + number(row) + ", " +
-                (variable.role == FmuVariable::Role::calculated ? "FmuSetting::none"
-                 : variable.role == FmuVariable::Role::fixed    ? "FmuSetting::before"
-                                                                : "FmuSetting::always") +
-                rest_of_row(variable) + "},\n";
+        part.rows.push_back(std::string("    {") + table + ", " + number(row) + ", " +
+                            (variable.role == FmuVariable::Role::calculated ? "FmuSetting::none"
+                             : variable.role == FmuVariable::Role::fixed    ? "FmuSetting::before"
+                                                                            : "FmuSetting::always") +
+                            rest_of_row(variable) + "},\n");
         places.push_back(variable.type == Type::float64 ? place : std::string());
         code.variables.push_back(std::move(variable));
     };
@@ -287,57 +281,27 @@ FmuCode Generator::fmu(const FmuChoice& choice, const std::map<std::string, std:
             throw GenerationError("no FMU with clocks can be made of '" + diagram_.name + "': '" +
                                   clock.name +
                                   "' is the name of a clock, and of another quantity; rename that");
-        clocks += "    {" + literal(clock.name);
+        part.clocks += "    {" + literal(clock.name);
         for (const auto number :
              {static_cast<std::uint64_t>(clock.ticks), static_cast<std::uint64_t>(clock.offset),
               clock.resolution, clock.interval, clock.shift})
-            clocks += ", " + std::to_string(number);
-        clocks += "},\n";
+            part.clocks += ", " + std::to_string(number);
+        part.clocks += "},\n";
     }
     const std::string derivatives = derivatives_source(places);
     code.has_derivatives = !derivatives.empty();
     if (code.has_derivatives) code.files[file_ + "_derivatives.cpp"] = derivatives;
 
-    const std::string standard = "fmu" + std::to_string(choice.version);
-    std::uint64_t hash = fnv1a({});
-    for (const auto& [name, text] : code.files) hash = fnv1a(std::as_bytes(std::span(text)), hash);
-    for (const auto* text : {&rows, &clocks}) hash = fnv1a(std::as_bytes(std::span(*text)), hash);
-    char digits[20];
-    std::snprintf(digits, sizeof digits, "%016llx", static_cast<unsigned long long>(hash));
-    code.token = std::string("{bf-") + digits + "}";
-    code.files[file_ + "_fmu.cpp"] =
-        "// " + comment(diagram_.name) + " as an FMU of FMI " + std::to_string(choice.version) +
-        ".0.\n#include \"bf/codegen/" + standard + ".hpp\"\n#include \"" + file_ + ".hpp\"\n" +
-        (code.is_hosted ? "#include \"bf/codegen/fmu_hosted.hpp\"\n" : "") +
-        "\nextern \"C\" const bf_run_library* bf_run_v1(void);\n" +
-        (code.has_derivatives ? "namespace bf::generated {\nextern const FmuDerivatives fmu_derivatives;\n}\n"
-                              : "") +
-        "\n"
-        "using bf::generated::FmuSetting;\nstatic constexpr bf::generated::FmuVariable rows[] = {\n" +
-        (rows.empty() ? "    {bf_run_inputs, 0, FmuSetting::none}, // none: not counted\n" : rows) + "};\n" +
-        (clocks.empty() ? "" : "static constexpr bf::generated::FmuClock clocks[] = {\n" + clocks + "};\n") +
-        "const bf::generated::FmuTables bf::generated::fmu_tables{bf_run_v1, " + literal(code.token) +
-        ", rows, " + std::to_string(code.variables.size()) + ", " + "&bf::generated::ExchangeOf<" + class_ +
-        ">::functions, " +
-        (code.is_hosted ? "&bf::generated::HostOf<" + class_ + ">::functions" : "nullptr") + ", " +
-        (code.has_derivatives ? "&bf::generated::fmu_derivatives" : "nullptr") + ", " +
-        (are_signals_repeatable() ? "true" : "false") + ", " + (clocks.empty() ? "nullptr, " : "clocks, ") +
-        std::to_string(code.clocks.size()) + "};\n";
-    Files headers;
-    for (const auto& [name, text] : code.files) {
-        if (name.ends_with(".cpp")) code.sources.push_back(name);
-        add_headers_of(text, headers);
-    }
-    // They stand beside the sources, where every importer looks for them.
-    for (auto& [name, text] : headers)
-        code.files[name.substr(std::string("include/").size())] = std::move(text);
-    return code;
-}
-
-FmuCode generate_fmu(const Diagram& diagram, const FmuChoice& choice, const Options& options,
-                     const std::map<std::string, std::string>& folders) {
-    Generator generator(diagram, options);
-    return generator.fmu(choice, folders);
+    part.declarations = "#include \"" + file_ + ".hpp\"\nconst bf_run_library* " + file_ + "_library();\n" +
+                        (code.has_derivatives ? "namespace bf::generated {\nextern const FmuDerivatives " +
+                                                    file_ + "_derivatives;\n}\n"
+                                              : "");
+    part.library = file_ + "_library";
+    part.functions = "&bf::generated::ExchangeOf<" + class_ + ">::functions, " +
+                     (code.is_hosted ? "&bf::generated::HostOf<" + class_ + ">::functions" : "nullptr");
+    part.derivatives = file_ + "_derivatives";
+    part.is_repeatable = are_signals_repeatable();
+    return part;
 }
 
 } // namespace bf::codegen

@@ -66,8 +66,8 @@ Generator::Generator(const Diagram& diagram, const Options& options)
           if (options.has_function_per_rate) split_problems_ = program::split(program);
           return program;
       }()),
-      formulas_(options.has_runtime_sizes ? Formulas() : formulas_of(diagram)), class_(class_name(diagram)),
-      file_(file_name(diagram)) {
+      formulas_(options.has_runtime_sizes ? Formulas() : formulas_of(diagram)),
+      class_(class_name(diagram) + options.suffix), file_(file_name(diagram) + options.suffix) {
     for (const auto& formula : formulas_.formulas)
         formula_numbers_.emplace(definition(formula.definition).path,
                                  static_cast<int>(formula_numbers_.size()));

@@ -78,13 +78,23 @@ std::string equation(const std::string& line);
 /// "path [unit]: doc", for a comment.
 std::string about(const std::string& what, const std::string& unit, const std::string& doc);
 
+/// One model of an FMU.
+struct FmuPart {
+    FmuCode code;                                ///< all but the file of tables, headers and the token
+    std::vector<std::string> rows;               ///< of the tables, by variables
+    std::string clocks;                          ///< rows of their table
+    std::string declarations;                    ///< of what the next are defined by
+    std::string library, functions, derivatives; ///< of FmuTables
+    bool is_repeatable;                          ///< its signals
+};
+
 /// In C++. What another language writes differently is virtual.
 class Generator {
   public:
     Generator(const Diagram& diagram, const Options& options);
     virtual ~Generator() = default;
     virtual Files run();
-    FmuCode fmu(const FmuChoice& choice, const std::map<std::string, std::string>& folders);
+    FmuPart fmu(const FmuChoice& choice, const std::map<std::string, std::string>& folders);
     MemoryReport memory() const; ///< after run()
     std::vector<BlockPlace> places_in(const Files& files) const;
 

@@ -368,9 +368,10 @@ std::string Generator::run_library(const Files& files) const {
            literal(d.name) + ", " + std::to_string(fingerprint) + "u,\n        " + its_rates + ", " +
            its_hits + ", " + number(static_cast<int>(d.rates.size())) + ", " + its_plots + ", " +
            number(static_cast<int>(d.plots.size())) + ", " + its_recorded + ", " + its_inputs +
-           "};\n    return all;\n}\n\n} // namespace " + file_ +
-           "_run\n\nextern \"C\" const bf_run_library* bf_run_v1(void) "
-           "{\n    "
+           "};\n    return all;\n}\n\n} // namespace " + file_ + "_run\n\n" +
+           (is_fmu_ ? "const bf_run_library* " + file_ + "_library()" // which others of the FMU stand beside
+                    : "extern \"C\" const bf_run_library* bf_run_v1(void)") +
+           " {\n    "
            "return &bf::generated::RunLibrary<" +
            class_ + ", " + file_ + "_run::tables>::get();\n}\n";
 }

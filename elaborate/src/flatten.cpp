@@ -587,10 +587,11 @@ class Flattener {
 
     void give_parameters(const Scope& scope, const std::string& path, Resolution& r,
                          const std::vector<const model::Setting*>& parameters, const model::Location& where) {
-        const auto check_limits = [&](const Slot& slot, const model::Location& at) {
+        const auto check_limits = [&](const Slot& slot, const model::Location& at,
+                                      const std::string& remedy) {
             const auto wrong =
                 outside_limits(slot, slot.initial.empty() ? std::vector<double>{0} : slot.initial);
-            if (!wrong.empty()) e_.report.add(at, path, wrong, outside_remedy(slot));
+            if (!wrong.empty()) e_.report.add(at, path, wrong, remedy);
         };
         for (Slot& slot : r.slots) {
             const bool is_default =
@@ -598,7 +599,10 @@ class Flattener {
                 std::none_of(parameters.begin(), parameters.end(),
                              [&](const auto* setting) { return setting->name == slot.name; });
             if (is_default && slot.from_path) slot.initial = {static_cast<double>(number_of_name(path))};
-            if (is_default) check_limits(slot, where); // one may lie outside: then a value must be given
+            if (is_default)
+                check_limits(slot, where,
+                             "give '" + slot.name +
+                                 "' a value"); // one may lie outside: then a value must be given
         }
         for (const auto* setting : parameters) {
             const int index = r.find(setting->name, Role::parameter);
@@ -628,7 +632,7 @@ class Flattener {
                 give(r, index, *value);
                 e_.written_parameters[{static_cast<int>(e_.diagram.nodes.size()), index}] =
                     setting->value.where;
-                check_limits(slot, setting->value.where);
+                check_limits(slot, setting->value.where, outside_remedy(slot));
             } catch (const ResolutionError& error) {
                 e_.report.add(setting->value.where, path,
                               "'" + setting->value.text + "' does not fit: " + error.what());

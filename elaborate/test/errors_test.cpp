@@ -467,7 +467,7 @@ TEST(Errors, AParameterWithoutAValueIsZeroAndHeldToItsLimits) {
     Library library("");
     library.group("test").add<Least>("Least", "");
     EXPECT_EQ(errors_of("model: m\nstep: 0.1\nblocks:\n  a: {block: Least}\n", {}, &library),
-              "m.yaml:4:3: a: parameter 'p' must be at least 2, but is 0");
+              "m.yaml:4:3: a: parameter 'p' must be at least 2, but is 0; give 'p' a value");
 }
 
 TEST(Errors, OfATableOfTransitionsNameTheLineOfTheirRow) {

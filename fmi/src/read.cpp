@@ -45,6 +45,7 @@ class Reader : XmlReader {
     int variable_of(const Element* e, const char* name, const std::string& value) const;
 
     const Structure& structure_;
+    std::set<std::string> changed_; ///< of its parameters
     Description d_;
     std::map<std::string, const Element*> types_; ///< by their name
     std::map<std::uint32_t, int> by_reference_;   ///< of FMI 3.0
@@ -228,7 +229,7 @@ void Reader::read_variables(const Element* root) {
                     refuse(size, "the size of '" + v.name + "' is '" + other.name +
                                      "', which has no start value" + section("", "2.4.7.5.1"));
                 rows = other.start.front();
-                is_changed = is_changed || structure_.contains(other.name);
+                is_changed = is_changed || changed_.contains(other.name);
             } else {
                 rows = number(size, "start", needed(size, "start"));
             }
@@ -242,7 +243,12 @@ void Reader::read_variables(const Element* root) {
         elements_ += count;
         if (elements_ > all_elements)
             refuse(places[i], "its variables have more elements than fit into memory");
-        if (is_changed && v.start.size() > 1) v.start = {0};
+        // What the FMU has then is not known here: parameters must be given, as NaN is no value of theirs.
+        if (is_changed && v.start.size() > 1)
+            v.start = {v.causality == Causality::parameter &&
+                               (v.type == Type::float64 || v.type == Type::float32)
+                           ? std::numeric_limits<double>::quiet_NaN()
+                           : 0.0};
         if (v.start.size() == 1 && count != 1)
             v.start.assign(static_cast<std::size_t>(count), v.start.front());
         if (!v.start.empty() && v.start.size() != static_cast<std::size_t>(count))
@@ -284,6 +290,7 @@ void Reader::set_structure() {
             refuse(nullptr, "the structural parameter '" + shown(name) + "' must be a whole number from " +
                                 number_text(minimum) + " to " + number_text(maximum) + ", but is " +
                                 number_text(value));
+        if (found->start != std::vector{value}) changed_.insert(name);
         found->start = {value};
     }
 }

@@ -86,8 +86,15 @@ std::string variable(const Description& d, const Variable& v) {
                              (v.ticks ? of_clock(*v.ticks) : of_type(v, type, derivative));
     if (v.dimensions.empty()) return head + "/>\n";
     std::string dimensions;
-    for (const int size : v.dimensions)
-        dimensions += "<Dimension" + attribute("start", std::to_string(size)) + "/>";
+    for (std::size_t i = 0; i < v.dimensions.size(); ++i) {
+        const int by = i < v.dimension_by.size() ? v.dimension_by[i] : -1;
+        dimensions +=
+            "<Dimension" +
+            (by < 0 ? attribute("start", std::to_string(v.dimensions[i]))
+                    : attribute("valueReference",
+                                std::to_string(d.variables[static_cast<std::size_t>(by)].reference))) +
+            "/>";
+    }
     return head + ">" + dimensions + "</" + type + ">\n";
 }
 

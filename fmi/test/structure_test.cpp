@@ -5,6 +5,7 @@
 
 #include "odd.hpp"
 
+#include <cmath>
 #include <cstdlib>
 #include <memory>
 #include <vector>
@@ -68,6 +69,30 @@ TEST_F(StructuralParameters, AreRefusedWhereTheFmuHasNoneOfThatNameOrValue) {
     has(refusal(", structure: [n=9]"), "fmi3SetUInt64 gave Error");
     has(refusal(", structure: [n=4]", "-DWITHOUT_CONFIGURATION"),
         "lacks the functions fmi3EnterConfigurationMode");
+}
+
+/// One start value is that of all elements; of several, those of another size are not known, which is NaN for
+/// parameters.
+TEST(StructuralParametersOfDescriptions, LeaveStartValuesOfAnotherSizeOpen) {
+    const std::string text = R"(<fmiModelDescription fmiVersion="3.0" modelName="m" instantiationToken="t">
+<CoSimulation modelIdentifier="m"/><ModelVariables>
+<UInt64 name="n" valueReference="1" causality="structuralParameter" variability="fixed" start="2"/>
+<Float64 name="one" valueReference="2" causality="parameter" variability="tunable" start="7">
+<Dimension valueReference="1"/></Float64>
+<Float64 name="several" valueReference="3" causality="parameter" variability="tunable" start="1 2">
+<Dimension valueReference="1"/></Float64>
+<Float64 name="u" valueReference="4" causality="input" start="1 2"><Dimension valueReference="1"/></Float64>
+</ModelVariables><ModelStructure/></fmiModelDescription>)";
+    const auto starts = [&](double n) {
+        const auto d = read_description(text, "m.fmu", {{"n", n}});
+        return std::vector{d.variables[1].start, d.variables[2].start, d.variables[3].start};
+    };
+    EXPECT_EQ(starts(2), (std::vector<std::vector<double>>{{7, 7}, {1, 2}, {1, 2}}));
+    const auto of_3 = starts(3);
+    EXPECT_EQ(of_3[0], (std::vector<double>{7, 7, 7}));
+    ASSERT_EQ(of_3[1].size(), 3u);
+    EXPECT_TRUE(std::isnan(of_3[1][0]));
+    EXPECT_EQ(of_3[2], (std::vector<double>{0, 0, 0}));
 }
 
 } // namespace

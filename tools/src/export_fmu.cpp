@@ -3,6 +3,7 @@
 
 #include "bf/base/escape.hpp"
 #include "bf/base/files.hpp"
+#include "bf/base/numbers.hpp"
 #include "bf/codegen/fmu.hpp"
 #include "bf/engine/simulation.hpp"
 #include "bf/formats/yaml.hpp"
@@ -11,6 +12,7 @@
 #include "bundle.hpp"
 #include "files.hpp"
 #include "picture.hpp"
+#include "points.hpp"
 #include "terminal.hpp"
 #include "verbs.hpp"
 
@@ -52,7 +54,11 @@ fmi::Variable variable_of(const codegen::FmuVariable& v, std::uint32_t reference
                       .doc = v.doc,
                       .reference = reference,
                       .type = type_of(v.type),
-                      .dimensions = dimensions_of(v.rows, v.cols)};
+                      .dimensions = v.cols_by >= 0                  ? std::vector{v.rows, v.cols}
+                                    : v.rows_by >= 0 && v.cols == 1 ? std::vector{v.rows}
+                                                                    : dimensions_of(v.rows, v.cols)};
+    its.dimension_by = {v.rows_by, v.cols_by};
+    its.dimension_by.resize(its.dimensions.size());
     if (std::isfinite(v.limits.minimum)) its.minimum = v.limits.minimum;
     if (std::isfinite(v.limits.above)) its.minimum = v.limits.above;
     if (std::isfinite(v.limits.maximum)) its.maximum = v.limits.maximum;
@@ -85,6 +91,10 @@ fmi::Variable variable_of(const codegen::FmuVariable& v, std::uint32_t reference
         break;
     }
     if (!v.clocks.empty()) its.variability = fmi::Variability::discrete;
+    // One start value is that of all elements, how many there may be.
+    if (its.has_other_sizes() &&
+        std::adjacent_find(its.start.begin(), its.start.end(), std::not_equal_to<>()) == its.start.end())
+        its.start.resize(std::min<std::size_t>(its.start.size(), 1));
     return its;
 }
 
@@ -108,8 +118,26 @@ std::string enumeration(fmi::Description& d, const codegen::FmuVariable& v) {
     return d.enumerations.back().name;
 }
 
-fmi::Description description_of(const LoadedModel& loaded, const codegen::FmuCode& code, int version) {
-    const Diagram& diagram = loaded.diagram;
+/// What a variable of the model says of itself, as a structural parameter with these values.
+fmi::Variable structural_parameter(const std::string& name, std::vector<std::uint64_t> values,
+                                   const Diagram& diagram) {
+    fmi::Variable v{.name = fmi::structured_name(name),
+                    .type = fmi::Type::uint64,
+                    .causality = fmi::Causality::structural_parameter,
+                    .variability = fmi::Variability::fixed,
+                    .initial = fmi::Initial::exact,
+                    .start = {static_cast<double>(values.front())}};
+    for (const auto& its : diagram.definitions)
+        if (its.path == name) v.doc = its.about();
+    v.minimum = static_cast<double>(*std::ranges::min_element(values));
+    v.maximum = static_cast<double>(*std::ranges::max_element(values));
+    return v;
+}
+
+fmi::Description description_of(const std::vector<FmuVariant>& variants, const codegen::FmuChoice& choice,
+                                const codegen::FmuCode& code) {
+    const Diagram& diagram = variants.front().loaded.diagram;
+    const int version = choice.version;
     fmi::Description d{.version = version, .name = diagram.name, .token = code.token};
     d.tool = "BlockFactory " BF_VERSION;
     if (std::isfinite(diagram.stop)) d.stop = diagram.stop;
@@ -127,11 +155,13 @@ fmi::Description description_of(const LoadedModel& loaded, const codegen::FmuCod
                                       .has_adjoint = code.has_derivatives,
                                       .needs_completed_step = false};
     d.co_simulation->sources = d.model_exchange->sources = code.sources;
+    if (!code.has_model_exchange) d.model_exchange.reset();
     if (code.is_hosted) {
         const bool is_saved = can_be_saved(diagram);
-        for (auto* its : {&*d.co_simulation, &*d.model_exchange}) {
-            its->sources.clear();
-            its->has_state = its->can_serialize = is_saved;
+        for (auto* its : {&d.co_simulation, &d.model_exchange}) {
+            if (!*its) continue;
+            (*its)->sources.clear();
+            (*its)->has_state = (*its)->can_serialize = is_saved;
         }
     }
     d.variables.push_back(
@@ -139,7 +169,8 @@ fmi::Description description_of(const LoadedModel& loaded, const codegen::FmuCod
     d.co_simulation->has_event_mode = !code.clocks.empty();
     std::map<std::string, int> inputs;
     std::vector<int> states;
-    const auto first_clock = static_cast<int>(code.variables.size()) + 1;
+    const auto first_clock = static_cast<int>(code.variables.size()) + 1,
+               first_structural = first_clock + static_cast<int>(code.clocks.size());
     for (const auto& v : code.variables) {
         const auto number = static_cast<int>(d.variables.size());
         if (v.role == Role::input) inputs[v.name] = number;
@@ -159,6 +190,8 @@ fmi::Description description_of(const LoadedModel& loaded, const codegen::FmuCod
             v.role != Role::signal && v.role != Role::crossings && v.clocks.empty())
             d.initial_unknowns.push_back({number});
         d.variables.push_back(variable_of(v, static_cast<std::uint32_t>(number)));
+        for (int& by : d.variables.back().dimension_by)
+            if (by >= 0) by += first_structural;
         if (!v.names.empty()) {
             d.variables.back().type = fmi::Type::enumeration;
             d.variables.back().declared_type = enumeration(d, v);
@@ -179,6 +212,12 @@ fmi::Description description_of(const LoadedModel& loaded, const codegen::FmuCod
                                  .resolution = clock.resolution,
                                  .interval_count = clock.interval,
                                  .shift_count = clock.shift}});
+    for (std::size_t p = 0; p < choice.structural.size(); ++p) {
+        std::vector<std::uint64_t> values;
+        for (const auto& variant : variants) values.push_back(variant.structure[p]);
+        d.variables.push_back(structural_parameter(choice.structural[p], values, diagram));
+        d.variables.back().reference = static_cast<std::uint32_t>(d.variables.size() - 1);
+    }
     std::set<std::string> names;
     for (const auto& v : d.variables)
         if (!names.insert(v.name).second)
@@ -236,7 +275,11 @@ std::string page(const LoadedModel& loaded, const fmi::Description& d) {
                        "<table>\n<tr><th>variable</th><th>size</th><th>unit</th><th>what</th></tr>\n";
     for (const auto& v : d.variables) {
         std::string size;
-        for (const int n : v.dimensions) size += (size.empty() ? "" : " &times; ") + std::to_string(n);
+        for (std::size_t i = 0; i < v.dimensions.size(); ++i)
+            size += (size.empty() ? "" : " &times; ") +
+                    (v.dimension_by[i] < 0
+                         ? std::to_string(v.dimensions[i])
+                         : escape::xml(d.variables[static_cast<std::size_t>(v.dimension_by[i])].name));
         text += "<tr><td>" + escape::xml(v.name) + "</td><td>" + size + "</td><td>" + escape::xml(v.unit) +
                 "</td><td>" + escape::xml(v.doc) + "</td></tr>\n";
     }
@@ -318,12 +361,76 @@ std::string platform(const std::string& target, int version) {
 
 } // namespace
 
-MadeFmu make_fmu(const LoadedModel& loaded, const FmuOptions& options) {
-    if (options.has_clocks && options.version == 2)
-        throw CommandError("FMI 2.0 has no clocks; leave --fmi 2 or --clocks out");
-    const auto code = codegen::generate_fmu(loaded.diagram, {options.version, options.has_clocks},
-                                            generation_options(loaded), folders_of(loaded.diagram));
-    MadeFmu made{description_of(loaded, code, options.version), {}};
+namespace {
+
+std::vector<Axis> axes_of(const FmuOptions& options) {
+    std::vector<Axis> axes;
+    for (const auto& text : options.structural) axes.push_back(parse_axis(text, "--structural"));
+    return axes;
+}
+
+constexpr std::size_t most_models = 64; ///< each of which is compiled
+
+/// The model for each combination of values of its structural parameters, beginning with its own values where
+/// they are among them.
+std::vector<FmuVariant> variants_of(const ModelOptions& model, const FmuOptions& options,
+                                    LoadedModel (*load)(const ModelOptions&)) {
+    std::vector<FmuVariant> variants;
+    variants.push_back({load(model), {}});
+    const auto axes = axes_of(options);
+    if (axes.empty()) return variants;
+    const auto own = std::move(variants.front().loaded);
+    variants.clear();
+    std::vector<std::uint64_t> own_values;
+    for (const auto& axis : axes) {
+        const auto its = std::ranges::find_if(own.diagram.definitions, [&](const Definition& d) {
+            return d.kind == Definition::Kind::variable && d.path == axis.name;
+        });
+        if (its == own.diagram.definitions.end())
+            throw CommandError("--structural: the model has no variable '" + axis.name + "'");
+        own_values.push_back(
+            its->value.is_scalar() ? static_cast<std::uint64_t>(std::max(0.0, its->value.scalar())) : 0);
+    }
+    const Points points{axes};
+    if (points.size() > most_models)
+        throw CommandError("--structural: these values have " + std::to_string(points.size()) +
+                           " combinations, each of which is a program of its own; give at most " +
+                           std::to_string(most_models));
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        ModelOptions changed = model;
+        FmuVariant& its = variants.emplace_back();
+        for (const auto& [name, text] : points[i]) {
+            const auto value = number_of(text);
+            if (!value || !(*value >= 1 && *value <= 1e6) || *value != std::floor(*value))
+                throw CommandError("--structural: '" + name + "' must be whole numbers from 1, but is " +
+                                   text);
+            its.structure.push_back(static_cast<std::uint64_t>(*value));
+            changed.sets.push_back(name + "=" + text);
+        }
+        its.loaded = load(changed);
+        if (its.structure == own_values) std::swap(variants.front(), its);
+    }
+    return variants;
+}
+
+} // namespace
+
+MadeFmu make_fmu(const std::vector<FmuVariant>& variants, const FmuOptions& options) {
+    if (options.version == 2 && (options.has_clocks || !options.structural.empty()))
+        throw CommandError(std::string("FMI 2.0 has no ") +
+                           (options.has_clocks ? "clocks; leave --fmi 2 or --clocks out"
+                                               : "structural parameters; leave --fmi 2 or --structural out"));
+    const LoadedModel& loaded = variants.front().loaded;
+    codegen::FmuChoice choice{options.version, options.has_clocks, {}};
+    for (const auto& axis : axes_of(options)) choice.structural.push_back(axis.name);
+    std::vector<codegen::FmuModel> models;
+    for (const auto& [its, structure] : variants) {
+        models.push_back({&its.diagram, generation_options(its), folders_of(its.diagram), structure});
+        for (const auto value : structure)
+            if (models.size() > 1) models.back().options.suffix += "_" + std::to_string(value);
+    }
+    const auto code = codegen::generate_fmu(models, choice);
+    MadeFmu made{description_of(variants, choice, code), {}};
     const auto& description = made.description;
     auto& contents = made.contents;
     contents["modelDescription.xml"] = fmi::to_xml(description);
@@ -411,6 +518,13 @@ void FmuOptions::add_to(CLI::App& app) {
         ->delimiter(',')
         ->type_name("MACHINE,...")
         ->check(CLI::IsMember(std::set<std::string>{"x86_64", "aarch64"}).description(""));
+    app.add_option(
+           "--structural", structural,
+           "values of a variable that decides sizes, which becomes a structural parameter (FMI 3.0): n=1:8, "
+           "'n=[2 4 8]'; may be repeated")
+        ->type_name("NAME=VALUES")
+        ->expected(1)
+        ->take_all();
     app.add_flag("--sources-only", has_no_binary, "no binaries: importers compile it");
 }
 
@@ -419,15 +533,17 @@ namespace {
 void execute(const ExportOptions& options) {
     std::error_code error;
     const bool is_block = !options.model.file.ends_with(".yaml") && !fs::exists(options.model.file, error);
-    const LoadedModel loaded = is_block ? block_as_model(options.model) : load_model(options.model);
+    const auto variants = variants_of(
+        options.model, options.fmu,
+        is_block ? block_as_model : static_cast<LoadedModel (*)(const ModelOptions&)>(load_model));
     const std::string output =
         !options.output.empty() ? options.output : fs::path(options.model.file).stem().string() + ".fmu";
     refuse_overwriting({{"-o", output}}, {options.model.file});
-    const auto [description, contents] = make_fmu(loaded, options.fmu);
+    const auto [description, contents] = make_fmu(variants, options.fmu);
     fmi::write_archive(contents, output);
     std::printf("%s: FMI %d.0, co-simulation%s, %zu variables, steps of %s s\n", output.c_str(),
                 options.fmu.version, description.model_exchange ? " and model exchange" : "",
-                description.variables.size(), number(loaded.diagram.step).c_str());
+                description.variables.size(), number(variants.front().loaded.diagram.step).c_str());
 }
 
 } // namespace

@@ -14,6 +14,8 @@ struct FmuOptions {
     bool has_clocks = false;               ///< for its rates
     std::vector<std::string> targets = {}; ///< machines that it has binaries for; empty: this one
     bool has_no_binary = false;
+    /// NAME=2,4,8 or NAME=1:8: variables of the model that become structural parameters, and their values.
+    std::vector<std::string> structural = {};
 
     void add_to(CLI::App& app);
 };
@@ -23,8 +25,16 @@ struct MadeFmu {
     fmi::Contents contents; ///< of its archive
 };
 
-/// Throws codegen::GenerationError for what cannot be exported, CommandError where the compiler fails.
-MadeFmu make_fmu(const LoadedModel& loaded, const FmuOptions& options);
+/// A model, and the values of structural parameters for which it is that.
+struct FmuVariant {
+    LoadedModel loaded;
+    std::vector<std::uint64_t> structure = {};
+};
+
+/// Of a model, or of the same with other values of structural parameters, of which the first one is that of
+/// the description. Throws codegen::GenerationError for what cannot be exported, CommandError where the
+/// compiler fails.
+MadeFmu make_fmu(const std::vector<FmuVariant>& variants, const FmuOptions& options);
 
 /// How FMUs have a quantity of that type and size: a column as an array, one number without dimensions.
 fmi::Type type_of(Type type);

@@ -444,8 +444,9 @@ class SystemExporter {
             auto changes = overrides(part, "");
             if (!scope.path.empty())
                 for (auto& change : overrides(part, scope.path)) changes.push_back(std::move(change));
-            const LoadedModel loaded = load(part, scope.file, changes);
-            compare(loaded.diagram, scope.path, path);
+            std::vector<FmuVariant> loaded;
+            loaded.push_back({load(part, scope.file, changes), {}});
+            compare(loaded.front().loaded.diagram, scope.path, path);
             is_of_2_ = is_of_2_ && options_.version == 2;
             return make_fmu(loaded, options_);
         } catch (const codegen::GenerationError& error) {

@@ -22,10 +22,11 @@ double number_of(const std::string& text, const std::string& whole) {
 
 } // namespace
 
-Axis parse_axis(const std::string& set) {
+Axis parse_axis(const std::string& set, const std::string& option) {
     const auto equals = set.find('=');
     if (equals == std::string::npos || equals == 0 || equals + 1 == set.size())
-        throw CommandError("'" + set + "' is no NAME=VALUES, e.g. --set Gain.Kp=1:0.5:3 or --set 'n={2 4}'");
+        throw CommandError("'" + set + "' is no NAME=VALUES, e.g. " + option + " Gain.Kp=1:0.5:3 or " +
+                           option + " 'n={2 4}'");
     Axis axis{set.substr(0, equals), {}};
     const std::string text = set.substr(equals + 1);
     matlab::Value value;
@@ -38,7 +39,7 @@ Axis parse_axis(const std::string& set) {
     if (value.is_text() || value.is_function() || value.is_struct()) {
         axis.values = {text};
     } else if (value.is_empty()) {
-        throw CommandError("--set '" + set + "' has no values; write [] as one value in braces: {[]}");
+        throw CommandError(option + " '" + set + "' has no values; write [] as one value in braces: {[]}");
     } else if (value.is_cell()) {
         for (matlab::Index i = 0; i < value.numel(); ++i) axis.values.push_back(value.at(i).to_text());
     } else if (value.is_scalar()) {
@@ -47,7 +48,7 @@ Axis parse_axis(const std::string& set) {
         for (matlab::Index i = 0; i < value.numel(); ++i)
             axis.values.push_back(matlab::Value::array(value.type(), 1, 1, {value[i]}).to_text());
     } else {
-        throw CommandError("--set '" + set +
+        throw CommandError(option + " '" + set +
                            "' is a matrix; matrices that are values stand in braces: {[1 2; 3 4]}");
     }
     return axis;

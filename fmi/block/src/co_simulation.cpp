@@ -68,8 +68,8 @@ class CoSimulation final : public FmuBlock {
     bool begin(Now at) const noexcept {
         Running& its = at[running_];
         its.memory = {};
-        return write(at, fixed) && write(at, tunable) &&
-               its.instance->enter_initialization(at.time()) && its.clockwork.begin(*its.instance, at.time());
+        return write(at, fixed) && write(at, tunable) && its.instance->enter_initialization(at.time()) &&
+               its.clockwork.begin(*its.instance, at.time());
     }
     bool write(Now at, int which) const noexcept {
         Running& its = at[running_];

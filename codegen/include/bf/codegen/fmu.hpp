@@ -32,6 +32,8 @@ struct FmuVariable {
     std::vector<std::string> inputs; ///< names of those on which an output depends in the same instant
     std::vector<std::pair<double, std::string>> names = {}; ///< of the values of an enumeration
     std::vector<int> clocks = {}; ///< numbers of those in whose ticks it has values; none: always
+    /// Numbers of the structural parameters that rows and columns are; -1: they are constant.
+    int rows_by = -1, cols_by = -1;
 };
 
 /// A rate of the model as a periodic clock of FMI 3.0. Its value reference follows those of variables.
@@ -56,6 +58,7 @@ struct FmuCode {
     std::vector<std::string> plugins;  ///< their names
     bool uses_standard_blocks = false; ///< are standard blocks made, which libbf_blocks.a has?
     bool has_derivatives = false;      ///< of model exchange
+    bool has_model_exchange = true;    ///< or are there states that some models have not?
 };
 
 /// How an FMU is made.
@@ -63,12 +66,26 @@ struct FmuChoice {
     int version = 3; ///< of FMI: 2 or 3
     /// Are the rates of the model clocks, which importers tick? FMI 3.0.
     bool has_clocks = false;
+    /// Names of the structural parameters, of FMI 3.0.
+    std::vector<std::string> structural = {};
 };
 
-/// An FMU of FMI 2.0 or 3.0, whose code is that of generate(). Throws GenerationError for diagrams
-/// that generate() refuses, and for names of two variables that are one. `folders`: where blocks from plugins
-/// look for files, by their paths, relative to the model's folder, if not in that of their own file.
-FmuCode generate_fmu(const Diagram& diagram, const FmuChoice& choice, const Options& options = {},
-                     const std::map<std::string, std::string>& folders = {});
+/// A model, and for which values of structural parameters it is that.
+struct FmuModel {
+    const Diagram* diagram;
+    Options options = {};
+    /// Where blocks from plugins look for files, by their paths, relative to the model's folder, if not in
+    /// that of their own file.
+    std::map<std::string, std::string> folders = {};
+    std::vector<std::uint64_t> structure = {};
+};
+
+/// An FMU of FMI 2.0 or 3.0, whose code is that of generate(): of one model, or of one for each combination
+/// of values of structural parameters, the first of which is that of the description. A size is then constant
+/// or one of these parameters. Signals that are not in all models are left out, as is model exchange where
+/// its states or guards have other sizes; parameters that follow from structural ones are calculated. Throws
+/// GenerationError for diagrams that generate() refuses, for names of two variables that are one, and for
+/// inputs, outputs and parameters that are not in all models or have other sizes.
+FmuCode generate_fmu(const std::vector<FmuModel>& models, const FmuChoice& choice);
 
 } // namespace bf::codegen

@@ -44,6 +44,8 @@ struct Options {
     std::vector<std::pair<std::string, std::string>> overrides = {};
     /// Folder of the model: relative file names in arguments of blocks are meant from there.
     std::string folder = ".";
+    /// Of the names of class and files, so that several models of one name are in one program.
+    std::string suffix = {};
 };
 
 /// Texts by file name relative to the project's folder.

@@ -61,7 +61,7 @@ inline bool elements(FmuInstance& instance, const char* function, const fmi2Valu
         if (!e) return has_none(instance, function, references[i]);
         to.push_back({e->variable, FmuVariables::place(instance.variables.variable_of(*e), e->element)});
     }
-    return are_differentiable(instance, fmu_tables, function, to, count);
+    return are_differentiable(instance, function, to, count);
 }
 
 template <class T>
@@ -135,7 +135,7 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
     using namespace bf::generated;
     if (!callbacks) return nullptr;
     try {
-        auto instance = std::make_unique<FmuInstance>(fmu_tables, name,
+        auto instance = std::make_unique<FmuInstance>(fmu_models, name,
                                                       bf::fmi::CallOrder(2, type == fmi2CoSimulation, false),
                                                       fmu2::log, fmu2::folder_of(resources));
         instance->callback = reinterpret_cast<void (*)(void)>(callbacks->logger);
@@ -209,7 +209,7 @@ BF_FMI_FUNCTION(fmi2GetDirectionalDerivative,
                     const char* const function = "fmi2GetDirectionalDerivative";
                     return fmu2::elements(instance, function, knowns, known_count, by) &&
                            fmu2::elements(instance, function, unknowns, unknown_count, of) &&
-                           directional(instance, fmu_tables, by, of, seed, change);
+                           directional(instance, by, of, seed, change);
                 })
 BF_FMI_NONE(fmi2SetRealInputDerivatives,
             (fmi2Component handle, bf_fmi2_references, size_t, const fmi2Integer*, const fmi2Real*))

@@ -86,7 +86,7 @@ inline bool elements(FmuInstance& instance, const char* function, const fmi3Valu
         if (!v) return has_none(instance, function, references[k]);
         for (int i = 0; i < v->count; ++i) to.push_back({int(references[k]), FmuVariables::place(*v, i)});
     }
-    return are_differentiable(instance, fmu_tables, function, to, values);
+    return are_differentiable(instance, function, to, values);
 }
 
 /// Calls f with each clock and its number in the list; false for what is none.
@@ -109,6 +109,21 @@ inline bool has_fraction(const FmuInstance& instance, const char* function, cons
     return false;
 }
 
+/// Calls f with each structural parameter and its number in the list.
+template <class F>
+bool for_each_structural(FmuInstance& instance, const char* function, const fmi3ValueReference* references,
+                         std::size_t count, std::size_t values, F&& f) {
+    for (std::size_t i = 0; i < count; ++i) {
+        std::uint64_t* const its = instance.structure.value(references[i]);
+        if (!its) return has_none(instance, function, references[i]);
+        if (i < values) f(*its, i);
+    }
+    if (count == values) return true;
+    instance.message(FmuInstance::Level::error, "logStatusError", "%s: the variables have not %zu elements",
+                     function, values);
+    return false;
+}
+
 /// An instance of that order of calls, or null.
 inline fmi3Instance make(fmi::CallOrder order, fmi3String name, fmi3String token, fmi3String resources,
                          bool is_logging, fmi3InstanceEnvironment environment,
@@ -116,7 +131,7 @@ inline fmi3Instance make(fmi::CallOrder order, fmi3String name, fmi3String token
                          bool allows_early_return = false) {
     try {
         auto instance =
-            std::make_unique<FmuInstance>(fmu_tables, name, order, log, resources ? resources : "");
+            std::make_unique<FmuInstance>(fmu_models, name, order, log, resources ? resources : "");
         instance->callback = reinterpret_cast<void (*)(void)>(log_message);
         instance->between = reinterpret_cast<void (*)(void)>(between);
         instance->environment = environment;
@@ -132,6 +147,8 @@ inline fmi3Instance make(fmi::CallOrder order, fmi3String name, fmi3String token
 
 extern "C" {
 
+using bf_fmi3_references = const fmi3ValueReference*;
+
 const char* fmi3GetVersion(void) { return "3.0"; }
 
 BF_FMI_FUNCTION(fmi3SetDebugLogging, (fmi3Instance handle, fmi3Boolean on, size_t, const fmi3String*), call,
@@ -145,7 +162,7 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
                                          fmi3Boolean allows_early_return, const fmi3ValueReference*, size_t,
                                          fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
                                          fmi3IntermediateUpdateCallback between) {
-    const bool has_clocks = bf::generated::fmu_tables.clock_count > 0;
+    const bool has_clocks = bf::generated::fmu_models.first->clock_count > 0;
     if (uses_event_mode != has_clocks) {
         if (log)
             log(environment, fmi3Error, "logStatusError",
@@ -161,6 +178,10 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
 fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi3String resources,
                                           fmi3Boolean, fmi3Boolean logging,
                                           fmi3InstanceEnvironment environment, fmi3LogMessageCallback log) {
+    if (!bf::generated::fmu_models.has_model_exchange) {
+        if (log) log(environment, fmi3Error, "logStatusError", "this FMU is for co-simulation alone");
+        return nullptr;
+    }
     return bf::generated::fmu3::make({3, false, true}, name, token, resources, logging, environment, log);
 }
 
@@ -227,9 +248,33 @@ fmi3Status fmi3DoStep(fmi3Instance handle, fmi3Float64 time, fmi3Float64 step, f
 
 BF_FMI_FUNCTION(fmi3EnterStepMode, (fmi3Instance handle), call, enter_step_mode, { return true; })
 
-BF_FMI_FUNCTION(fmi3EnterConfigurationMode, (fmi3Instance handle), call, enter_configuration,
-                { return true; })
-BF_FMI_FUNCTION(fmi3ExitConfigurationMode, (fmi3Instance handle), call, exit_configuration, { return true; })
+// Structural parameters, which are the only variables of 64 bits without a sign.
+BF_FMI_FUNCTION(fmi3EnterConfigurationMode, (fmi3Instance handle), call, enter_configuration, {
+    return instance.order.state() == bf::fmi::instantiated ||
+           instance.fail("structural parameters of this FMU are fixed when it is initialized");
+})
+BF_FMI_FUNCTION(fmi3ExitConfigurationMode, (fmi3Instance handle), run, exit_configuration,
+                { return instance.exit_configuration(); })
+BF_FMI_FUNCTION(fmi3GetUInt64,
+                (fmi3Instance handle, bf_fmi3_references references, size_t count, fmi3UInt64* values,
+                 size_t size),
+                call, get_values, {
+                    return bf::generated::fmu3::for_each_structural(
+                        instance, "fmi3GetUInt64", references, count, size,
+                        [&](const std::uint64_t& its, std::size_t i) { values[i] = its; });
+                })
+BF_FMI_FUNCTION(fmi3SetUInt64,
+                (fmi3Instance handle, bf_fmi3_references references, size_t count, const fmi3UInt64* values,
+                 size_t size),
+                call, set_values, {
+                    if (instance.order.state() != bf::fmi::configuration)
+                        return instance.fail(
+                            "fmi3SetUInt64: structural parameters are set in the Configuration "
+                            "Mode (FMI 3.0, section 2.3.1)");
+                    return bf::generated::fmu3::for_each_structural(
+                        instance, "fmi3SetUInt64", references, count, size,
+                        [&](std::uint64_t& its, std::size_t i) { its = values[i]; });
+                })
 
 // Events.
 BF_FMI_FUNCTION(fmi3UpdateDiscreteStates,
@@ -252,7 +297,6 @@ BF_FMI_FUNCTION(fmi3GetNumberOfContinuousStates, (fmi3Instance handle, size_t* c
     return true;
 })
 
-using bf_fmi3_references = const fmi3ValueReference*;
 #define BF_FMI3_DERIVATIVE(name, is_adjoint)                                                                 \
     BF_FMI_FUNCTION(name,                                                                                    \
                     (fmi3Instance handle, bf_fmi3_references unknowns, size_t unknown_count,                 \
@@ -265,8 +309,7 @@ using bf_fmi3_references = const fmi3ValueReference*;
                                               is_adjoint ? change_size : seed_size, by) &&                   \
                                fmu3::elements(instance, #name, unknowns, unknown_count,                      \
                                               is_adjoint ? seed_size : change_size, of) &&                   \
-                               (is_adjoint ? adjoint : directional)(instance, fmu_tables, by, of, seed,      \
-                                                                    change);                                 \
+                               (is_adjoint ? adjoint : directional)(instance, by, of, seed, change);         \
                     })
 BF_FMI3_DERIVATIVE(fmi3GetDirectionalDerivative, false)
 BF_FMI3_DERIVATIVE(fmi3GetAdjointDerivative, true)
@@ -323,8 +366,6 @@ BF_FMI3_CLOCKS(fmi3GetShiftFraction, get_clocks,
 #undef BF_FMI3_CLOCKS
 
 // What this FMU has not: intervals are constant, and clocks are activated, no partitions.
-BF_FMI_NONE(fmi3GetUInt64, (fmi3Instance handle, bf_fmi3_references, size_t, fmi3UInt64*, size_t))
-BF_FMI_NONE(fmi3SetUInt64, (fmi3Instance handle, bf_fmi3_references, size_t, const fmi3UInt64*, size_t))
 BF_FMI_NONE(fmi3GetString, (fmi3Instance handle, bf_fmi3_references, size_t, fmi3String*, size_t))
 BF_FMI_NONE(fmi3SetString, (fmi3Instance handle, bf_fmi3_references, size_t, const fmi3String*, size_t))
 BF_FMI_NONE(fmi3GetBinary, (fmi3Instance handle, bf_fmi3_references, size_t, size_t*, fmi3Binary*, size_t))

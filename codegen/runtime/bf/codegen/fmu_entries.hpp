@@ -8,7 +8,7 @@
 
 namespace bf::generated {
 
-extern const FmuTables fmu_tables;
+extern const FmuModels fmu_models;
 
 using fmi::Call;
 using FmuStatus = BF_FMI(Status);
@@ -50,7 +50,7 @@ inline FmuStatus unsupported(void* handle, const char* function) noexcept {
 
 /// The instance for that token, or null, with a message.
 inline void* opened(std::unique_ptr<FmuInstance> instance, const char* token) {
-    if (!token || std::strcmp(token, fmu_tables.token) != 0)
+    if (!token || std::strcmp(token, fmu_models.token) != 0)
         instance->fail("the GUID or instantiation token is not that of this FMU");
     else if (instance->open())
         return instance.release();
@@ -74,6 +74,12 @@ inline bool refreshed(FmuInstance& instance, const FmuVariables::Variable& v) {
 inline bool can_be_set(const FmuInstance& instance, const char* function, const FmuVariables::Variable& v) {
     const auto mode = instance.order.state();
     const bool is_before = mode == fmi::instantiated || mode == fmi::initialization;
+    if (mode == fmi::configuration) {
+        instance.message(FmuInstance::Level::error, "logStatusError",
+                         "%s: '%s' is no structural parameter, as which alone the Configuration Mode sets",
+                         function, v.name);
+        return false;
+    }
     if (v.setting == FmuSetting::always || (v.setting == FmuSetting::before && is_before)) return true;
     instance.message(FmuInstance::Level::error, "logStatusError",
                      v.setting == FmuSetting::none
@@ -122,7 +128,7 @@ void BF_FMI(FreeInstance)(void* handle) { delete bf::generated::instance_of(hand
 // States: one that is given again is written over.
 BF_FMI_FUNCTION(BF_FMI_STATE(Get), (void* handle, void** state), call, save_state, {
     if (!bf::generated::has_states(instance)) return false;
-    if (!*state) *state = new bf::generated::FmuState{instance.order, {}, {}};
+    if (!*state) *state = new bf::generated::FmuState{nullptr, instance.order, {}, {}};
     instance.save(*static_cast<bf::generated::FmuState*>(*state));
     return true;
 })
@@ -136,23 +142,23 @@ BF_FMI_FUNCTION(BF_FMI_STATE(Free), (void* handle, void** state), call, save_sta
     return true;
 })
 BF_FMI_FUNCTION(BF_FMI_STATE_SIZE, (void* handle, void* state, size_t* size), call, save_state, {
-    *size = bf::generated::FmuState::size(instance.model_size());
-    return bf::generated::is_state(instance, state);
+    if (!bf::generated::is_state(instance, state)) return false;
+    *size = static_cast<const bf::generated::FmuState*>(state)->size();
+    return true;
 })
 BF_FMI_FUNCTION(BF_FMI_STATE(Serialize), (void* handle, void* state, BF_FMI(Byte) * bytes, size_t size), call,
                 save_state, {
                     if (!bf::generated::is_state(instance, state)) return false;
-                    if (size < bf::generated::FmuState::size(instance.model_size()))
-                        return instance.fail("the state needs more bytes");
-                    static_cast<const bf::generated::FmuState*>(state)->serialize(
-                        instance.fingerprint(), reinterpret_cast<unsigned char*>(bytes));
+                    const auto& its = *static_cast<const bf::generated::FmuState*>(state);
+                    if (size < its.size()) return instance.fail("the state needs more bytes");
+                    its.serialize(reinterpret_cast<unsigned char*>(bytes));
                     return true;
                 })
 BF_FMI_FUNCTION(BF_FMI_DESERIALIZE, (void* handle, const BF_FMI(Byte) * bytes, size_t size, void** state),
                 call, save_state, {
                     if (!bf::generated::has_states(instance)) return false;
                     *state = bf::generated::FmuState::deserialize(
-                                 instance.fingerprint(), instance.model_size(), instance.order,
+                                 instance.tables(), instance.model_size(), instance.order,
                                  reinterpret_cast<const unsigned char*>(bytes), size)
                                  .release();
                     return *state || instance.fail("these bytes are no state of this FMU");

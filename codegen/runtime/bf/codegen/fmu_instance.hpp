@@ -2,10 +2,7 @@
 #pragma once
 
 #include "bf/codegen/fmu_clocks.hpp"
-#include "bf/codegen/fmu_memory.hpp"
-#include "bf/codegen/fmu_messages.hpp"
-#include "bf/codegen/fmu_state.hpp"
-#include "bf/codegen/fmu_variables.hpp"
+#include "bf/codegen/fmu_model.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -19,49 +16,51 @@ namespace bf::generated {
 /// A step of the model begins with the signals at its time, from the inputs there, and ends with the next
 /// states. The importer may read outputs before it writes the inputs of the same instant; signals that were
 /// computed too early are computed again from a copy of the model.
-class FmuInstance : public FmuMessages {
+class FmuInstance : public FmuModel {
   public:
     using Variable = FmuVariables::Variable;
 
-    /// `resources`: the folder of the FMU's files, which a model of rules alone does without.
-    FmuInstance(const FmuTables& tables, const char* name, fmi::CallOrder order_of_calls, Log log_message,
+    FmuInstance(const FmuModels& models, const char* name, fmi::CallOrder order_of_calls, Log log_message,
                 std::string resources)
-        : FmuMessages(name, order_of_calls, log_message), variables(tables), clocks(tables, moment_),
-          resources_(std::move(resources)), exchange_(*tables.exchange), library_(*tables.library()),
-          host_(tables.host), memory_(tables) {}
-    FmuInstance(const FmuInstance&) = delete;
-    FmuInstance& operator=(const FmuInstance&) = delete;
-    ~FmuInstance() { close(); }
+        : FmuModel(models, name, order_of_calls, log_message, std::move(resources)),
+          clocks(*models.first, moment_) {}
 
     /// Makes the model; false, with a message, where it cannot.
     bool open() {
-        model_ = library_.create();
-        if (!model_) return fail("there is no memory for the model");
-        moment_ = {};
-        folder_ = resources_;
-        if (host_ && !host_->make(model_, folder_)) return fail_of_model();
-        if (!variables.bind(model_, &moment_.time)) return fail("its tables do not fit its code");
-        memory_.bind(model_);
         is_computed_ = is_stale_ = false;
-        return true;
+        new_values_.clear();
+        later_values_.clear();
+        later_inputs_.clear();
+        written_.assign(std::size_t(tables().variable_count) + 1, false);
+        return FmuModel::open();
     }
+    bool reset() { return become(structure.first()); }
 
-    void close() noexcept {
-        if (moment_.is_initialized) library_.terminate(model_);
-        if (model_) library_.destroy(model_);
-        model_ = nullptr;
-        moment_.is_initialized = false;
+    // ---- structural parameters
+
+    /// The model of those values takes the place of the present one; what the importer wrote before, in
+    /// variables of the same size, stays.
+    bool exit_configuration() {
+        Problem why;
+        const FmuTables* const chosen = structure.chosen(why);
+        if (!chosen) return fail(why.text);
+        if (chosen == &tables()) return true;
+        std::vector<std::pair<std::uint32_t, std::vector<double>>> kept;
+        for (std::uint32_t number = 0; number < written_.size(); ++number)
+            if (written_[number]) {
+                const Variable& v = *variables.variable(number);
+                kept.emplace_back(number, std::vector<double>(std::size_t(v.count)));
+                for (int i = 0; i < v.count; ++i)
+                    kept.back().second[std::size_t(i)] = read(v.data, v.type, FmuVariables::place(v, i));
+            }
+        if (!become(*chosen)) return false;
+        for (const auto& [number, values] : kept) {
+            const Variable& v = *variables.variable(number);
+            for (int i = 0; std::size_t(v.count) == values.size() && i < v.count; ++i)
+                write(v, i, values[std::size_t(i)]);
+        }
+        return finish_writing();
     }
-
-    bool reset() {
-        close();
-        return open();
-    }
-
-    double time() const noexcept { return moment_.time; }
-    bool has_state() const noexcept { return memory_.size() > 0; }
-    std::size_t model_size() const noexcept { return memory_.size(); } ///< bytes of a saved model
-    std::uint64_t fingerprint() const noexcept { return library_.fingerprint; }
 
     // ---- variables
 
@@ -77,6 +76,7 @@ class FmuInstance : public FmuMessages {
 
     /// Element i, row by row, becomes x when the variable's values are complete.
     void write(const Variable& v, int i, double x) {
+        if (structure.have_some()) written_[variables.number(v)] = true;
         if (v.table == bf_run_inputs) {
             const int at = FmuVariables::place(v, i);
             if ((is_computed_ || moment_.is_committed) && same(read(v.data, v.type, at), x)) return;
@@ -107,7 +107,7 @@ class FmuInstance : public FmuMessages {
         std::vector<bf_run_value> changes;
         for (const auto& its : new_values_)
             changes.push_back({its.variable->name, its.values.data(), its.variable->count});
-        const char* const wrong = library_.set_parameters(model_, changes.data(), int(changes.size()));
+        const char* const wrong = library_->set_parameters(model_, changes.data(), int(changes.size()));
         new_values_.clear();
         is_stale_ = true;
         if (wrong) message(Level::error, "logStatusError", "%s", wrong);
@@ -136,7 +136,7 @@ class FmuInstance : public FmuMessages {
 
     /// Initial states, from parameters and inputs.
     bool initialize() {
-        if (!moment_.is_initialized && !library_.initialize(model_)) return fail_of_model();
+        if (!moment_.is_initialized && !library_->initialize(model_)) return fail_of_model();
         moment_.is_initialized = true;
         return true;
     }
@@ -152,7 +152,7 @@ class FmuInstance : public FmuMessages {
         if (!initialize()) return false;
         if (has_state() && !ends) memory_.keep();
         is_computed_ = true;
-        return library_.output(model_) || fail_of_model();
+        return library_->output(model_) || fail_of_model();
     }
 
     /// Is a step of the importer one that can be done? With a message where not.
@@ -171,15 +171,15 @@ class FmuInstance : public FmuMessages {
     /// Does whatever steps of the model end until `time` + `step`. `between` is called with the time after
     /// each of them that ends before that, and ends it early when it says so.
     template <class Between> bool advance(double step, Between&& between) {
-        const double period = library_.period, end = moment_.time + step;
+        const double period = library_->period, end = moment_.time + step;
         const auto last = std::int64_t(std::floor((end - moment_.start) / period + 1e-6));
         if (Problem why; !clocks.have_ticked(last, end, why)) return fail(why.text);
-        while (library_.steps(model_) < last) {
+        while (library_->steps(model_) < last) {
             if (!compute(true)) return false;
-            if (!library_.update(model_)) return fail_of_model();
+            if (!library_->update(model_)) return fail_of_model();
             is_computed_ = false;
             write_later_values();
-            moment_.time = moment_.start + double(library_.steps(model_)) * period;
+            moment_.time = moment_.start + double(library_->steps(model_)) * period;
             if (moment_.time < end - 1e-6 * period && between(moment_.time)) return true;
         }
         moment_.time = end;
@@ -188,7 +188,6 @@ class FmuInstance : public FmuMessages {
 
     // ---- model exchange
 
-    const Exchange& exchange() const noexcept { return exchange_; }
     double own_time() const noexcept { return moment_.time - moment_.start; } ///< of the model
     /// What is computed between two steps is of that time, in a step of the step's.
     double instant() const noexcept { return moment_.is_committed ? own_time() : due(); }
@@ -197,7 +196,7 @@ class FmuInstance : public FmuMessages {
         is_stale_ = true;
     }
     void set_states(const double* values) noexcept {
-        std::copy(values, values + exchange_.continuous_count, exchange_.states(model_));
+        std::copy(values, values + exchange_->continuous_count, exchange_->states(model_));
         is_stale_ = true;
     }
     bool has_count(std::size_t given, int wanted) {
@@ -206,28 +205,27 @@ class FmuInstance : public FmuMessages {
     }
     bool get_states(double* values) {
         if (!initialize()) return false;
-        std::copy(exchange_.states(model_), exchange_.states(model_) + exchange_.continuous_count, values);
+        std::copy(exchange_->states(model_), exchange_->states(model_) + exchange_->continuous_count, values);
         return true;
     }
     bool get_rates(double* values) {
         if (!compute_rates()) return false;
-        std::copy(exchange_.rates(model_), exchange_.rates(model_) + exchange_.continuous_count, values);
+        std::copy(exchange_->rates(model_), exchange_->rates(model_) + exchange_->continuous_count, values);
         return true;
     }
     bool compute_rates() {
         if (!is_reached()) return false;
-        return exchange_.compute_rates(model_, instant()) || fail_of_model();
+        return exchange_->compute_rates(model_, instant()) || fail_of_model();
     }
     /// The signals are those of this instant.
     bool is_reached() { return moment_.is_committed || compute(); }
     /// Do sampled blocks compute, too, when the signals are computed?
-    bool is_in_step() const noexcept { return exchange_.is_sampled && !moment_.is_committed; }
-    bf_run_model* model() noexcept { return model_; }
+    bool is_in_step() const noexcept { return exchange_->is_sampled && !moment_.is_committed; }
     /// Guards of subsystems that do not run keep away from 0.
     bool compute_crossings(double* values) {
         if (!is_reached()) return false;
-        if (!exchange_.compute_crossings(model_, instant(), values)) return fail_of_model();
-        for (int i = 0; i < exchange_.guard_count; ++i)
+        if (!exchange_->compute_crossings(model_, instant(), values)) return fail_of_model();
+        for (int i = 0; i < exchange_->guard_count; ++i)
             if (std::isnan(values[i])) values[i] = 1;
         return true;
     }
@@ -240,7 +238,7 @@ class FmuInstance : public FmuMessages {
         if (!remember_states()) return false;
         if (clocks.have_some()) return have_clocks_ticked(); // which begin it
         const bool is_due =
-            exchange_.is_sampled && own_time() >= due() - 1e-9 * std::max(1.0, std::abs(due()));
+            exchange_->is_sampled && own_time() >= due() - 1e-9 * std::max(1.0, std::abs(due()));
         if (is_due) {
             moment_.is_committed = is_computed_ = false;
             moment_.time = next_event(); // what is computed again later is of the step's time, to the bit
@@ -253,7 +251,7 @@ class FmuInstance : public FmuMessages {
         const std::int64_t step = clocks.activate(clock, why);
         if (step < 0) return fail(why.text);
         if (!moment_.is_committed) return true; // it begins already
-        exchange_.pass(model_, step - library_.steps(model_));
+        exchange_->pass(model_, step - library_->steps(model_));
         moment_.is_committed = is_computed_ = false;
         return true;
     }
@@ -262,18 +260,18 @@ class FmuInstance : public FmuMessages {
     bool handle_event(bool& has_jumped) {
         const bool is_tick = clocks.is_some_active();
         if (Problem why; is_tick && !clocks.end_tick(why)) return fail(why.text);
-        const bool waits = !is_tick && !moment_.is_committed && clocks.is_due(library_.steps(model_));
+        const bool waits = !is_tick && !moment_.is_committed && clocks.is_due(library_->steps(model_));
         if (waits || order.is_co_simulation()) return compute();
         if (!moment_.is_committed) {
             if (!compute()) return false;
             is_computed_ = false;
             moment_.is_committed = true;
-            if (!exchange_.end_step(model_)) return fail_of_model();
-        } else if (!exchange_.answer(model_, own_time())) {
+            if (!exchange_->end_step(model_)) return fail_of_model();
+        } else if (!exchange_->answer(model_, own_time())) {
             return fail_of_model();
         }
         is_stale_ = false;
-        const double* const now = exchange_.states(model_);
+        const double* const now = exchange_->states(model_);
         has_jumped = std::memcmp(states_before_.data(), now, states_before_.size() * sizeof(double)) != 0;
         return remember_states();
     }
@@ -281,13 +279,14 @@ class FmuInstance : public FmuMessages {
         bool has_jumped = false;
         return moment_.is_committed || handle_event(has_jumped);
     }
-    bool has_next_event() const noexcept { return exchange_.is_sampled && !clocks.have_some(); }
+    bool has_next_event() const noexcept { return exchange_->is_sampled && !clocks.have_some(); }
     double next_event() const noexcept { return moment_.start + due(); }
 
     // ---- states
 
     /// A step under way begins anew.
     void save(FmuState& to) const {
+        to.tables = &tables();
         to.order = order;
         to.moment = moment_;
         to.model.resize(model_size());
@@ -297,6 +296,7 @@ class FmuInstance : public FmuMessages {
             memory_.save(to.model.data());
     }
     bool restore(const FmuState& from) {
+        if (from.tables != &tables() && !become(*from.tables)) return false;
         if (host_ && from.moment.is_initialized && !initialize()) return false; // its blocks start
         order = from.order;
         moment_ = from.moment;
@@ -315,8 +315,7 @@ class FmuInstance : public FmuMessages {
                clocks.has_value(v, function, why) || fail(why.text);
     }
 
-    FmuVariables variables;
-    FmuClocks clocks;
+    FmuClocks clocks;                ///< alike in all models
     void (*between)(void) = nullptr; ///< the version's, that is called inside of steps
     bool allows_early_return = false;
 
@@ -331,17 +330,14 @@ class FmuInstance : public FmuMessages {
         double value;
     };
 
-    /// When the next step of the model is, in its time.
-    double due() const noexcept { return double(library_.steps(model_)) * library_.period; }
-    bool remember_states() {
-        states_before_.resize(std::size_t(exchange_.continuous_count));
-        return get_states(states_before_.data());
+    /// Begins anew, as that model.
+    bool become(const FmuTables& tables) {
+        choose(tables);
+        return open();
     }
-    bool fail_of_model() {
-        const char *const block = library_.failed_block(model_), *const why = library_.failure(model_);
-        message(Level::error, "logStatusError", "at %g s: %s%s%s", moment_.time, block ? block : "",
-                block && *block ? ": " : "", why ? why : "the model failed");
-        return false;
+    bool remember_states() {
+        states_before_.resize(std::size_t(exchange_->continuous_count));
+        return get_states(states_before_.data());
     }
     /// Goes back to the begin of the step under way, whose signals may have been computed; false where blocks
     /// cannot: what is written then acts from the next step on.
@@ -379,18 +375,12 @@ class FmuInstance : public FmuMessages {
         finish_writing();
     }
 
-    std::string resources_, folder_; ///< the last one of the model's files
-    const Exchange& exchange_;
-    const bf_run_library& library_;
-    const FmuHost* host_;
-    bf_run_model* model_ = nullptr;
-    FmuMemory memory_; ///< kept while the signals of a step are computed
     std::vector<NewValues> new_values_, later_values_;
     std::vector<LaterInput> later_inputs_;
     std::vector<double> states_before_; ///< the event
-    FmuMoment moment_;
-    bool is_computed_ = false; ///< the signals of the step under way
-    bool is_stale_ = false;    ///< between two steps, did anything change since signals were computed?
+    std::vector<bool> written_;         ///< by the importer, by numbers of variables
+    bool is_computed_ = false;          ///< the signals of the step under way
+    bool is_stale_ = false; ///< between two steps, did anything change since signals were computed?
     bool has_warned_ = false;
 };
 

@@ -12,21 +12,21 @@ namespace bf::generated {
 /// whose signals are repeatable, the latter alone are kept when it begins: all else is computed alike again.
 class FmuMemory {
   public:
-    explicit FmuMemory(const FmuTables& tables)
-        : library_(*tables.library()), host_(tables.host), is_repeatable_(tables.are_signals_repeatable) {}
-
-    void bind(bf_run_model* model) {
+    void bind(const FmuTables& tables, bf_run_model* model) {
+        library_ = tables.library();
+        host_ = tables.host;
+        is_repeatable_ = tables.are_signals_repeatable;
         model_ = model;
-        kept_.resize(host_ ? host_->snapshot_size(model) : library_.snapshot_size);
+        kept_.resize(host_ ? host_->snapshot_size(model) : library_->snapshot_size);
         own_ = !host_ ? kept_.size() : kept_.empty() ? 0 : host_->own_size(model);
     }
     std::size_t size() const noexcept { return kept_.size(); } ///< 0: some block cannot be saved
 
     void save(unsigned char* to) const noexcept {
-        host_ ? host_->save(model_, to) : library_.save(model_, to);
+        host_ ? host_->save(model_, to) : library_->save(model_, to);
     }
     void restore(const unsigned char* from) noexcept {
-        host_ ? host_->restore(model_, from) : library_.restore(model_, from);
+        host_ ? host_->restore(model_, from) : library_->restore(model_, from);
     }
 
     /// Before the signals of a step are computed.
@@ -51,9 +51,9 @@ class FmuMemory {
     }
 
   private:
-    const bf_run_library& library_;
-    const FmuHost* host_;
-    bool is_repeatable_;
+    const bf_run_library* library_ = nullptr;
+    const FmuHost* host_ = nullptr;
+    bool is_repeatable_ = false;
     bf_run_model* model_ = nullptr;
     std::vector<unsigned char> kept_;
     std::size_t own_ = 0; ///< bytes of the class

@@ -1,6 +1,7 @@
 // Saved states of an FMU, also as bytes.
 #pragma once
 
+#include "bf/codegen/fmu_variables.hpp"
 #include "bf/fmi/call_order.hpp"
 #include "bf/run/run_c.h"
 
@@ -22,14 +23,15 @@ struct FmuMoment {
 
 /// An instance as it was.
 struct FmuState {
+    const FmuTables* tables; ///< of its model
     fmi::CallOrder order;
     FmuMoment moment;
     std::vector<unsigned char> model;
 
     /// Bytes: which code it is of, how the instance was called, a checksum, then the model.
-    static std::size_t size(std::size_t model) noexcept { return sizeof(Header) + model; }
-    void serialize(std::uint64_t fingerprint, unsigned char* to) const {
-        Header header{fingerprint,
+    std::size_t size() const noexcept { return sizeof(Header) + model.size(); }
+    void serialize(unsigned char* to) const {
+        Header header{tables->library()->fingerprint,
                       model.size(),
                       0,
                       moment.time,
@@ -44,18 +46,19 @@ struct FmuState {
         std::memcpy(to, &header, sizeof header);
         std::memcpy(to + sizeof header, model.data(), model.size());
     }
-    /// Null for bytes that no instance of this FMU and kind made, and for damaged ones.
-    static std::unique_ptr<FmuState> deserialize(std::uint64_t fingerprint, std::size_t model_size,
+    /// Null for bytes that no instance of this model and kind made, and for damaged ones.
+    static std::unique_ptr<FmuState> deserialize(const FmuTables& tables, std::size_t model_size,
                                                  fmi::CallOrder order, const unsigned char* from,
                                                  std::size_t count) {
         Header header{};
-        if (count == size(model_size)) std::memcpy(&header, from, sizeof header);
-        if (header.fingerprint != fingerprint || header.size != model_size || !order.is_state(header.state) ||
-            header.checksum != checksum(header, from + sizeof header))
+        if (count == sizeof header + model_size) std::memcpy(&header, from, sizeof header);
+        if (header.fingerprint != tables.library()->fingerprint || header.size != model_size ||
+            !order.is_state(header.state) || header.checksum != checksum(header, from + sizeof header))
             return nullptr;
         order.set_state(fmi::State(header.state));
         return std::make_unique<FmuState>(
-            FmuState{order,
+            FmuState{&tables,
+                     order,
                      {header.time, header.start, header.is_initialized != 0, header.is_committed != 0,
                       header.active, header.ticked},
                      std::vector<unsigned char>(from + sizeof header, from + count)});

@@ -68,10 +68,9 @@ struct FmuDerivatives {
                     const FmuElement* unknowns, double* changes, int unknown_count);
 };
 
-/// What an FMU does not know of its model.
+/// What an FMU does not know of a model of it.
 struct FmuTables {
     const bf_run_library* (*library)(void);
-    const char* token; ///< of the description that belongs to this code
     const FmuVariable* variables;
     int variable_count;
     const Exchange* exchange;          ///< for model exchange, or no_exchange
@@ -81,6 +80,18 @@ struct FmuTables {
     bool are_signals_repeatable;
     const FmuClock* clocks;
     int clock_count; ///< at most 64
+};
+
+/// The models of an FMU: one, or one for each combination of values of its structural parameters, whose
+/// variables and clocks are the same but for sizes and values.
+struct FmuModels {
+    const FmuTables* first; ///< that of the description; the others follow
+    int count;
+    const char* token;              ///< of the description that belongs to this code
+    const char* const* parameters;  ///< names of the structural ones
+    const std::uint64_t* structure; ///< their values, model by model
+    int parameter_count;
+    bool has_model_exchange;
 };
 
 /// Value references: of FMI 3.0 the number of a variable, of FMI 2.0 that of an element among those of all.
@@ -96,27 +107,25 @@ class FmuVariables {
         bool is_enumeration = false;
         std::uint64_t clocks = 0;
     };
-    explicit FmuVariables(const FmuTables& tables) : tables_(tables) {}
-
     /// Finds them in the memory of the model; false where the tables are of another one.
-    bool bind(bf_run_model* model, double* time) {
+    bool bind(const FmuTables& tables, bf_run_model* model, double* time) {
         all_.clear();
         elements_.clear();
         add({bf_run_signals, Type::float64, 1, 1, 1, FmuSetting::none, reinterpret_cast<char*>(time),
              "time"});
-        for (int i = 0; i < tables_.variable_count; ++i) {
-            const FmuVariable& its = tables_.variables[i];
+        for (int i = 0; i < tables.variable_count; ++i) {
+            const FmuVariable& its = tables.variables[i];
             bf_run_quantity q{};
             if (its.table == fmu_crossings) {
-                crossings_.resize(std::size_t(tables_.exchange->guard_count));
-                q.rows = tables_.exchange->guard_count;
+                crossings_.resize(std::size_t(tables.exchange->guard_count));
+                q.rows = tables.exchange->guard_count;
                 q.cols = 1;
                 q.type = int(Type::float64);
                 q.data = crossings_.data();
                 q.path = "event_indicators";
             } else if (!(its.table < fmu_states
-                             ? tables_.library()->quantity(model, bf_run_table(its.table), its.row, &q)
-                             : tables_.exchange->quantity(model, its.table == fmu_rates, its.row, &q))) {
+                             ? tables.library()->quantity(model, bf_run_table(its.table), its.row, &q)
+                             : tables.exchange->quantity(model, its.table == fmu_rates, its.row, &q))) {
                 return false;
             }
             const bool can_be_set =
@@ -134,6 +143,7 @@ class FmuVariables {
     const Variable* variable(std::uint32_t reference) const noexcept {
         return reference < all_.size() ? &all_[reference] : nullptr;
     }
+    std::size_t number(const Variable& v) const noexcept { return std::size_t(&v - all_.data()); }
     /// The element of a value reference of FMI 2.0, row by row, or null.
     const FmuElement* element(std::uint32_t reference) const noexcept {
         return reference < elements_.size() ? &elements_[reference] : nullptr;
@@ -153,7 +163,6 @@ class FmuVariables {
         all_.push_back(v);
     }
 
-    const FmuTables& tables_;
     std::vector<Variable> all_;
     std::vector<FmuElement> elements_;
     std::vector<double> crossings_;

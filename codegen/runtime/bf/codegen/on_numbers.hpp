@@ -34,7 +34,7 @@ BF_DIFFERENTIABLE_FUNCTIONS(BF_ON_NUMBERS)
 
 // Values that do not change. A model has thousands of them, which in line would take long to compile.
 [[gnu::noinline]] inline void copy(Number& to, double from) noexcept { to = from; }
-template <class T> void copy(T& to, const T& from) noexcept { to = from; }
+template <class T> std::enable_if_t<std::is_scalar_v<T>> copy(T& to, const T& from) noexcept { to = from; }
 template <class To, class T, int N> void copy(To (&to)[N], const T (&from)[N]) noexcept {
     for (int i = 0; i < N; ++i) copy(to[i], from[i]);
 }

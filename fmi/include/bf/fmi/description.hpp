@@ -63,13 +63,18 @@ struct Variable {
     Variability variability = Variability::continuous;
     Initial initial = Initial::none;
     std::vector<int> dimensions = {}; ///< none: one number
-    std::vector<double> start = {};   ///< row by row; empty: none is given
-    std::string text = {};            ///< the start of a string
+    /// Numbers of the structural parameters that dimensions are; -1: a constant.
+    std::vector<int> dimension_by = {};
+    std::vector<double> start = {}; ///< row by row, or one for all elements; empty: none is given
+    std::string text = {};          ///< the start of a string
     std::optional<double> minimum = {}, maximum = {};
     int derivative_of = -1;          ///< number of the variable whose derivative this is
     std::string declared_type = {};  ///< of an enumeration: the one of Description::enumerations
     std::optional<Ticks> ticks = {}; ///< of a clock
     std::vector<int> clocks = {};    ///< numbers of those in whose ticks alone it has values; none: always
+    bool has_other_sizes() const {
+        return std::any_of(dimension_by.begin(), dimension_by.end(), [](int by) { return by >= 0; });
+    }
     int count() const {
         int product = 1;
         for (const int size : dimensions) product *= size;
@@ -141,7 +146,7 @@ using Structure = std::map<std::string, double>;
 /// Reads the description of an FMU, as which messages name it. It is taken as hostile: throws FmuError for
 /// what is no such document, is larger than `description_limit`, or contradicts itself, and for a structure
 /// that it has not. Arrays whose size it changes start with zeros, those with one start value for
-/// all elements with that.
+/// all elements with that; real parameters with NaN, as their values are not known then.
 Description read_description(const std::string& xml, const std::string& fmu, const Structure& structure = {});
 inline constexpr std::size_t description_limit = 64u << 20u; ///< bytes
 

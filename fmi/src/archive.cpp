@@ -49,6 +49,8 @@ using Read = std::function<void(const std::function<void(const char*, std::size_
 void for_each(const fs::path& archive, const ArchiveLimits& limits, const ArchiveKind& kind,
               const std::function<bool(const fs::path&, bool is_folder, const Read&)>& f) {
     const std::unique_ptr<void, int (*)(unzFile)> zip(unzOpen64(archive.c_str()), unzClose);
+    std::error_code error;
+    if (!zip && !fs::exists(archive, error)) refuse(archive, "there is no such file");
     if (!zip)
         refuse(archive, std::string("it is no ZIP archive, or cannot be read; ") + kind.name + " is one (" +
                             kind.section + ")");

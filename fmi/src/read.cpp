@@ -84,6 +84,10 @@ Interface Reader::interface(const Element* e) const {
 }
 
 void Reader::read_types(const Element* root) {
+    if (const auto* list = root->FirstChildElement("UnitDefinitions"))
+        for (const auto* its = list->FirstChildElement("Unit"); its; its = its->NextSiblingElement("Unit"))
+            if (const auto* base = its->FirstChildElement("BaseUnit"))
+                d_.units[needed(its, "name")] = unit(base);
     if (const auto* list = root->FirstChildElement("TypeDefinitions"))
         for (const auto* type = list->FirstChildElement(); type; type = type->NextSiblingElement()) {
             const auto* const its = d_.version == 2 ? type->FirstChildElement() : type;

@@ -38,11 +38,6 @@ template <class F> void for_each(const XmlNode* e, std::string_view name, F&& f)
     for (const auto* c = child(e, name); c; c = next(c->NextSiblingElement(), name)) f(c);
 }
 
-/// base = factor x + offset, of the base units with these exponents.
-struct UnitDefinition {
-    std::array<int, 8> exponents{};
-    double factor = 1, offset = 0;
-};
 using UnitDefinitions = std::map<std::string, UnitDefinition>;
 /// The numbers of the items of an enumeration.
 using EnumerationItems = std::map<std::string, std::map<std::string, double>>;
@@ -135,20 +130,7 @@ void SspReader::read_definitions(const XmlNode* e) {
     for_each(child(e, "Units"), "Unit", [&](const XmlNode* unit) {
         const auto* const base = child(unit, "BaseUnit");
         if (!base) refuse(unit, "a unit has no <BaseUnit>");
-        UnitDefinition definition;
-        const char* const names[] = {"kg", "m", "s", "A", "K", "mol", "cd", "rad"};
-        for (std::size_t i = 0; i < 8; ++i) {
-            const double exponent = number(base, names[i]).value_or(0);
-            if (exponent != std::round(exponent) || std::abs(exponent) > 100)
-                refuse(base, std::string("'") + names[i] + "' is no small whole number");
-            definition.exponents[i] = static_cast<int>(exponent);
-        }
-        definition.factor = number(base, "factor").value_or(1);
-        definition.offset = number(base, "offset").value_or(0);
-        if (!(std::abs(definition.factor) > 0) || !std::isfinite(definition.factor) ||
-            !std::isfinite(definition.offset))
-            refuse(base, "the factor of a unit is not 0, and both it and the offset are finite");
-        units_[needed(unit, "name")] = definition;
+        units_[needed(unit, "name")] = this->unit(base);
     });
     for_each(child(e, "Enumerations"), "Enumeration", [&](const XmlNode* enumeration) {
         auto& items = enumerations_[needed(enumeration, "name")];

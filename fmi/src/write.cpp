@@ -142,6 +142,15 @@ std::string interface(const Description& d, const Interface& its, bool is_co_sim
            (is_co_simulation ? "CoSimulation" : "ModelExchange") + ">\n";
 }
 
+std::string of_base(const UnitDefinition& unit) {
+    std::string text;
+    for (std::size_t i = 0; i < unit.exponents.size(); ++i)
+        if (unit.exponents[i] != 0) text += attribute(base_units[i], std::to_string(unit.exponents[i]));
+    if (unit.factor != 1) text += attribute("factor", xml_number(unit.factor));
+    if (unit.offset != 0) text += attribute("offset", xml_number(unit.offset));
+    return text;
+}
+
 bool is_derivative(const std::string& name) { return name.starts_with("der(") && name.back() == ')'; }
 
 } // namespace
@@ -253,7 +262,12 @@ std::string to_xml(const Description& d) {
             units.insert(v.unit);
     if (!units.empty()) {
         text += "  <UnitDefinitions>\n";
-        for (const auto& unit : units) text += "    <Unit" + attribute("name", unit) + "/>\n";
+        for (const auto& unit : units) {
+            text += "    <Unit" + attribute("name", unit);
+            const auto defined = d.units.find(unit);
+            text +=
+                defined == d.units.end() ? "/>\n" : "><BaseUnit" + of_base(defined->second) + "/></Unit>\n";
+        }
         text += "  </UnitDefinitions>\n";
     }
     if (!d.enumerations.empty()) {

@@ -102,12 +102,11 @@ class Writer {
 
     std::string units(const std::string& prefix) const {
         if (its_.units.empty()) return "";
-        static constexpr const char* names[] = {"kg", "m", "s", "A", "K", "mol", "cd", "rad"};
         std::string text = "  <" + prefix + ":Units>\n";
         for (const auto& [name, exponents] : its_.units) {
             text += "    <ssc:Unit" + attribute("name", name) + "><ssc:BaseUnit";
             for (std::size_t i = 0; i < 8; ++i)
-                if (exponents[i] != 0) text += attribute(names[i], std::to_string(exponents[i]));
+                if (exponents[i] != 0) text += attribute(base_units[i], std::to_string(exponents[i]));
             text += "/></ssc:Unit>\n";
         }
         return text + "  </" + prefix + ":Units>\n";

@@ -67,6 +67,22 @@ double XmlReader::number(const XmlNode* e, const char* name, const std::string& 
     return *found;
 }
 
+UnitDefinition XmlReader::unit(const XmlNode* base) const {
+    UnitDefinition definition;
+    for (std::size_t i = 0; i < std::size(base_units); ++i) {
+        const double exponent = number(base, base_units[i]).value_or(0);
+        if (exponent != std::round(exponent) || std::abs(exponent) > 100)
+            refuse(base, std::string("'") + base_units[i] + "' is no small whole number");
+        definition.exponents[i] = static_cast<int>(exponent);
+    }
+    definition.factor = number(base, "factor").value_or(1);
+    definition.offset = number(base, "offset").value_or(0);
+    if (!(std::abs(definition.factor) > 0) || !std::isfinite(definition.factor) ||
+        !std::isfinite(definition.offset))
+        refuse(base, "the factor of a unit is not 0, and both it and the offset are finite");
+    return definition;
+}
+
 std::vector<std::string> XmlReader::words(const std::string& list) {
     std::vector<std::string> all;
     for (std::size_t at = 0; at < list.size();) {

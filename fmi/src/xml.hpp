@@ -39,6 +39,9 @@ inline constexpr std::pair<const char*, Ticks::Kind> interval_names[] = {
     {"tunable", Ticks::Kind::tunable},     {"changing", Ticks::Kind::changing},
     {"countdown", Ticks::Kind::countdown}, {"triggered", Ticks::Kind::triggered}};
 
+/// The base units of all three standards.
+constexpr const char* base_units[] = {"kg", "m", "s", "A", "K", "mol", "cd", "rad"};
+
 /// As XML Schema writes numbers.
 std::string xml_number(double x);
 /// ' name="value"', the value escaped.
@@ -81,6 +84,8 @@ class XmlReader {
         refuse(e, std::string("'") + name + "' is '" + shown(value) + "', but must be one of: " + list +
                       rule_of_choices_);
     }
+    /// Of a <BaseUnit>.
+    UnitDefinition unit(const XmlNode* base) const;
     /// The words of a list.
     static std::vector<std::string> words(const std::string& list);
 

@@ -11,6 +11,7 @@ Description sample() {
         Interface{.identifier = "sample", .has_state = true, .takes_any_step = true, .internal_step = 0.01};
     d.stop = 2.5;
     d.step = 0.1;
+    d.units = {{"m/s", {{0, 1, -1}, 0.5, -2}}, {"s", {{0, 0, 1}}}};
     d.variables.push_back({.name = "time", .unit = "s", .causality = Causality::independent});
     d.variables.push_back({.name = "u",
                            .unit = "m/s",
@@ -41,6 +42,7 @@ Description sample() {
 
 void expect_same(const Description& a, const Description& b) {
     EXPECT_EQ(to_xml(a), to_xml(b));
+    EXPECT_EQ(a.units.size(), b.units.size());
     ASSERT_EQ(a.variables.size(), b.variables.size());
     for (std::size_t i = 0; i < a.variables.size(); ++i) {
         const auto &v = a.variables[i], &w = b.variables[i];

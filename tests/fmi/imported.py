@@ -192,6 +192,19 @@ with tempfile.TemporaryDirectory() as folder:
     assert "leaves its folder" in says(), says()
     assert not (folder / "escaped").exists()
 
+    # Units are those of the model's checks; one of another size is a warning.
+    odd()
+    text = wrapped.read_text()
+    wrapped.write_text(text.replace("inputs: []", "inputs: {volts: {unit: V}}").replace("record:", "connections: {volts: f.u}\nrecord:"))
+    assert "f: input 'u' is in m/s, but is wired to volts in V; convert the signal" in says(), says()
+    wrapped.write_text(text)
+    odd(change=lambda xml: xml.replace("<TypeDefinitions>", '<UnitDefinitions><Unit name="m/s"><BaseUnit m="1" s="-1" '
+                                       'factor="0.001"/></Unit></UnitDefinitions><TypeDefinitions>'))
+    assert "odd.fmu: 'u' is in m/s, of which 1 is 0.001 of base units; wires carry numbers" in says("--quiet", code=0)
+    odd(change=lambda xml: xml.replace("<TypeDefinitions>", '<UnitDefinitions><Unit name="m/s"><BaseUnit m="1.5"/></Unit>'
+                                       '</UnitDefinitions><TypeDefinitions>'))
+    assert "'m' is no small whole number" in says(), says()
+
     # In a process of its own whatever it does is a message, and the run ends as it should.
     text = wrapped.read_text()
     wrapped.write_text(text.replace("FMI/FMU,", "FMI/FMU, process: own, timeout: 0.5,"))
@@ -215,6 +228,7 @@ with tempfile.TemporaryDirectory() as folder:
     wrapped.write_text(text)
 
     # What bf check-fmu says of them, and of exported ones.
+    assert "nothere.fmu: there is no such file" in said("check-fmu", folder / "nothere.fmu")
     def found(*options, fmu="odd.fmu"):
         result = subprocess.run([bf, "check-fmu", str(fmus / fmu), *options], capture_output=True, text=True, timeout=120)
         assert result.returncode == (1 if result.stderr else 0), result

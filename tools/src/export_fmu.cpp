@@ -218,6 +218,14 @@ fmi::Description description_of(const std::vector<FmuVariant>& variants, const c
         d.variables.push_back(structural_parameter(choice.structural[p], values, diagram));
         d.variables.back().reference = static_cast<std::uint32_t>(d.variables.size() - 1);
     }
+    for (const auto& v : d.variables) {
+        try {
+            if (v.unit.empty()) continue;
+            const Unit unit = detail::parse_unit(v.unit);
+            std::ranges::copy(unit.si, d.units[v.unit].exponents.begin());
+        } catch (const std::invalid_argument&) { // a text for people
+        }
+    }
     std::set<std::string> names;
     for (const auto& v : d.variables)
         if (!names.insert(v.name).second)

@@ -29,6 +29,27 @@ bf::Type type_of_signal(int version, Type type) {
     }
 }
 
+/// By its definition, else by its name where that is a unit of ours. Wires carry numbers as they are, so that
+/// one of another size than base units have agrees with all, and a warning says so.
+Unit unit_of(const Description& d, const Variable& v, const std::string& fmu) {
+    const auto defined = d.units.find(v.unit);
+    Unit unit = any_unit;
+    if (defined == d.units.end()) {
+        try {
+            if (!v.unit.empty()) unit = detail::parse_unit(v.unit);
+        } catch (const std::invalid_argument&) { // a text for people
+        }
+    } else if (defined->second.factor == 1 && defined->second.offset == 0) {
+        unit = {v.unit, {}};
+        std::copy(defined->second.exponents.begin(), defined->second.exponents.end(), unit.si.begin());
+    } else {
+        bfWarning << fmu << ": '" << v.name << "' is in " << v.unit << ", of which 1 is "
+                  << number_text(defined->second.factor + defined->second.offset)
+                  << " of base units; wires carry numbers as they are, so convert what comes and goes";
+    }
+    return unit;
+}
+
 template <class T, Role role> std::function<void*(Now)> memory_of(const Key<T, role>& key) {
     using Element = typename ElementOf<T>::type;
     return [key](Now at) -> void* {
@@ -278,7 +299,7 @@ template <Role role> Port FmuBlock::declare(int number, const Variable& v, const
         about.shape = {v.rows(), v.cols()};
     else
         about.shape = {v.rows()};
-    about.unit = any_unit;
+    about.unit = unit_of(description_, v, archive_.filename().string());
     const std::string doc =
         v.name + (v.unit.empty() ? "" : " [" + v.unit + "]") + (v.doc.empty() ? "" : ": " + v.doc);
     if (role == Role::parameter) {

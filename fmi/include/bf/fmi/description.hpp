@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -113,12 +114,19 @@ struct EnumerationType {
     std::vector<std::pair<double, std::string>> items;
 };
 
+/// base = factor x + offset, of the base units with these exponents.
+struct UnitDefinition {
+    std::array<int, 8> exponents{}; ///< of kg, m, s, A, K, mol, cd, rad
+    double factor = 1, offset = 0;
+};
+
 struct Description {
     int version = 3; ///< 2 or 3
     std::string name, token, doc = {}, tool = {};
     std::optional<Interface> co_simulation = {}, model_exchange = {};
     double start = 0;
-    std::optional<double> stop = {}, step = {}; ///< s
+    std::optional<double> stop = {}, step = {};       ///< s
+    std::map<std::string, UnitDefinition> units = {}; ///< of what is defined by base units
     std::vector<EnumerationType> enumerations = {};
     std::vector<Variable> variables = {};
     std::vector<Unknown> outputs = {}, derivatives = {}, initial_unknowns = {};

@@ -526,13 +526,6 @@ void FmuOptions::add_to(CLI::App& app) {
         ->delimiter(',')
         ->type_name("MACHINE,...")
         ->check(CLI::IsMember(std::set<std::string>{"x86_64", "aarch64"}).description(""));
-    app.add_option(
-           "--structural", structural,
-           "values of a variable that decides sizes, which becomes a structural parameter (FMI 3.0): n=1:8, "
-           "'n=[2 4 8]'; may be repeated")
-        ->type_name("NAME=VALUES")
-        ->expected(1)
-        ->take_all();
     app.add_flag("--sources-only", has_no_binary, "no binaries: importers compile it");
 }
 
@@ -563,6 +556,14 @@ void add_export_fmu(CLI::App& app) {
     command->add_option("-o,--output", options->output, "file; otherwise MODEL.fmu in this folder")
         ->type_name("FILE");
     options->fmu.add_to(*command);
+    command
+        ->add_option(
+            "--structural", options->fmu.structural,
+            "values of a variable that decides sizes, which becomes a structural parameter (FMI 3.0): "
+            "n=1:8, 'n=[2 4 8]'; may be repeated")
+        ->type_name("NAME=VALUES")
+        ->expected(1)
+        ->take_all();
     command->footer("It holds its sources, too, or the plugins whose blocks are in it. Examples:\n"
                     "  bf export-fmu examples/dc_motor/model.yaml\n"
                     "  bf export-fmu PID --set P=2 --set e=3    # a block whose input e has three elements");

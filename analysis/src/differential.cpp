@@ -20,32 +20,6 @@ const std::vector<Slot>& slots_of(const Diagram& d, int node) {
 
 } // namespace
 
-void Slopes::clear() {
-    seeds.clear();
-    values.resize(values.rows(), 0);
-}
-
-void Slopes::assign(Matrix all, const std::vector<int>* numbers) {
-    std::vector<int> kept;
-    for (int c = 0; c < all.cols(); ++c) {
-        if (!(all.col(c).array() != 0).any()) continue;
-        const auto to = static_cast<Eigen::Index>(kept.size());
-        if (to < c) all.col(to) = all.col(c);
-        kept.push_back(numbers ? (*numbers)[static_cast<std::size_t>(c)] : c);
-    }
-    if (const auto count = static_cast<Eigen::Index>(kept.size()); count < all.cols())
-        all.conservativeResize(Eigen::NoChange, count);
-    values = std::move(all);
-    seeds = std::move(kept);
-}
-
-Matrix Slopes::spread(int elements, int columns) const {
-    Matrix all = Matrix::Zero(elements, columns);
-    for (std::size_t c = 0; c < seeds.size() && seeds[c] < columns; ++c)
-        all.col(seeds[c]) = values.col(static_cast<Eigen::Index>(c));
-    return all;
-}
-
 Differential::Differential(Simulation& run, int seeds, bool by_differences)
     : d_(run.diagram()), context_(run.context()), by_differences_(by_differences), seeds_(seeds) {
     int count = 0;
@@ -324,20 +298,23 @@ std::vector<Differential::Part> Differential::writes(int node, Phase phase, int 
 void Differential::activity(int node, Phase phase, int index) {
     const Call* rule = call(node, phase, index);
     const auto& sources = d_.nodes[static_cast<std::size_t>(node)].sources;
-    if (!reads(node, phase, index).empty())
+    const bool moves = !reads(node, phase, index).empty();
+    if (moves)
         for (std::size_t s = 0; s < sources.size(); ++s)
             if (sources[s].node >= 0)
                 if (const auto& its = place({node, static_cast<int>(s)});
                     its.first >= 0 && !slopes(its.first).is_zero())
                     flows_.emplace(sources[s].node, sources[s].slot, node);
     DualKernel kernel;
-    if (rule && !by_differences_) {
+    if (moves && rule && !by_differences_) {
         const auto [known, is_new] = kernels_.try_emplace(rule->kernel);
         if (is_new) known->second = dual_kernel(rule->kernel);
         kernel = known->second;
     }
     if (moves_outside_.contains(node))
         with_outside(node, phase, index);
+    else if (!moves)
+        for (const auto& part : writes(node, phase, index)) slopes(part.slopes).clear();
     else if (kernel.kernel)
         this->rule(node, phase, *rule, kernel);
     else if (rule || by_differences_ || followed_.contains(node) || !declared(node, phase, index))
@@ -355,74 +332,72 @@ const Task& Differential::task(int node, Phase phase, int index) {
     return found->second;
 }
 
-/// Of each part its columns among the seeds by which any of them moves.
-std::vector<Moving> Differential::moving(const std::vector<Part>& from, std::vector<int>& seeds) const {
-    for (const auto& part : from) {
-        const auto& more = slopes(part.slopes).seeds;
-        std::vector<int> both;
-        std::set_union(seeds.begin(), seeds.end(), more.begin(), more.end(), std::back_inserter(both));
-        seeds = std::move(both);
-    }
-    std::vector<Moving> all;
-    for (const auto& part : from) {
-        const auto& its = slopes(part.slopes);
-        auto& columns = all.emplace_back(Moving{&its.values, {}}).columns;
-        Eigen::Index column = 0;
-        for (const int seed : its.seeds) {
-            while (seeds[static_cast<std::size_t>(column)] != seed) ++column;
-            columns.push_back(column);
-        }
-    }
+std::vector<SlopeRow> Differential::rows(const std::vector<Part>& from) const {
+    std::vector<SlopeRow> all;
+    for (const auto& part : from)
+        for (int e = 0; e < part.count; ++e) all.push_back(slopes(part.slopes).row(e));
     return all;
 }
 
 /// Slopes of what is written from those of what is read: by what `structured` knows of it, or else as
 /// `differentiate` gives the derivatives along directions in all elements that are read: along each of them,
-/// or along each seed, whichever are less.
+/// which is the local Jacobian, or along each seed, whichever are less.
 bool Differential::write(int node, const std::vector<Part>& from, const std::vector<Part>& to,
                          const Differentiate& differentiate, const Structured& structured) {
-    Eigen::Index results = 0, elements = 0;
+    Eigen::Index results = 0;
     for (const auto& part : to) results += part.count;
-    for (const auto& part : from) elements += part.count;
     if (results == 0) return true;
-    std::vector<int> seeds;
-    const auto moving = this->moving(from, seeds);
-    const auto count = static_cast<Eigen::Index>(seeds.size());
-    const auto check = [&](const Matrix& slopes) {
-        if (!slopes.allFinite())
+    const auto elements = rows(from);
+    std::vector<Slopes> made(to.size());
+    const auto for_each_part = [&](auto&& f) { // f(its slopes, its first row, count)
+        Eigen::Index row = 0;
+        for (std::size_t p = 0; p < to.size(); ++p) {
+            f(made[p], row, to[p].count);
+            row += to[p].count;
+        }
+    };
+    const auto check = [&](bool is_finite) {
+        if (!is_finite)
             fail(node,
                  "its derivative is not finite at this operating point (as that of a root at 0); choose "
                  "another one");
     };
-    Matrix along = Matrix::Zero(results, count);
-    if (!structured || !structured(moving, along)) {
-        Matrix read = Matrix::Zero(elements, count);
-        Eigen::Index i = 0;
-        for (const auto& [values, columns] : moving) {
-            for (std::size_t c = 0; c < columns.size(); ++c)
-                read.col(columns[c]).segment(i, values->rows()) = values->col(static_cast<Eigen::Index>(c));
-            i += values->rows();
+    if (!structured || !structured(elements, made)) {
+        const auto seeds = seeds_of(elements);
+        const auto rows = static_cast<Eigen::Index>(elements.size()),
+                   count = static_cast<Eigen::Index>(seeds.size());
+        if (rows < count) {
+            Matrix by_elements = Matrix::Zero(results, rows);
+            if (!differentiate(Matrix::Identity(rows, rows), by_elements)) return false;
+            check(by_elements.allFinite());
+            for_each_part([&](Slopes& its, Eigen::Index row, int count_of_it) {
+                its = sum(static_cast<std::size_t>(count_of_it), {{by_elements.data() + row,
+                                                                   1,
+                                                                   results,
+                                                                   elements.data(),
+                                                                   {0, 1, static_cast<int>(rows)},
+                                                                   {0, 1, count_of_it}}});
+            });
+        } else {
+            Matrix read = Matrix::Zero(rows, count), along = Matrix::Zero(results, count);
+            for (Eigen::Index c = 0; c < count; ++c) {
+                const int seed = seeds[static_cast<std::size_t>(c)];
+                for (Eigen::Index e = 0; e < rows; ++e) {
+                    const auto& [values, first, end] = elements[static_cast<std::size_t>(e)];
+                    if (seed >= first && seed < end) read(e, c) = values[seed - first];
+                }
+            }
+            if (!differentiate(read, along)) return false;
+            check(along.allFinite());
+            for_each_part([&](Slopes& its, Eigen::Index row, int count_of_it) {
+                its.assign(along.middleRows(row, count_of_it), seeds);
+            });
         }
-        if (elements < count) {
-            Matrix by_elements = Matrix::Zero(results, elements);
-            if (!differentiate(Matrix::Identity(elements, elements), by_elements)) return false;
-            check(by_elements);
-            along.noalias() = by_elements * read;
-        } else if (!differentiate(read, along))
-            return false;
     }
-    check(along);
-    if (to.size() == 1 && is_real(to[0].type)) {
-        slopes(to[0].slopes).assign(std::move(along), &seeds);
-        return true;
-    }
-    Eigen::Index i = 0;
-    for (const auto& part : to) {
-        if (is_real(part.type))
-            slopes(part.slopes).assign(along.middleRows(i, part.count), &seeds);
-        else
-            slopes(part.slopes).clear();
-        i += part.count;
+    for (std::size_t p = 0; p < to.size(); ++p) {
+        if (!is_real(to[p].type)) made[p].clear();
+        check(made[p].is_finite());
+        slopes(to[p].slopes) = std::move(made[p]);
     }
     return true;
 }
@@ -433,7 +408,6 @@ bool Differential::declared(int node, Phase phase, int index) {
         dynamic_cast<const Differentiable*>(d_.nodes[static_cast<std::size_t>(node)].block.get());
     if (!block) return false;
     const auto from = reads(node, phase, index), to = writes(node, phase, index);
-    if (from.empty()) return false;
     const auto is_result = [&](int slot) {
         const auto& its = places_[static_cast<std::size_t>(node)][static_cast<std::size_t>(slot)];
         switch (phase) {
@@ -505,10 +479,7 @@ void Differential::bend(int node, const Vector& direction, double step, double p
 
 void Differential::by_differences(int node, Phase phase, int index) {
     const auto from = reads(node, phase, index), to = writes(node, phase, index);
-    if (from.empty() || to.empty()) {
-        for (const auto& part : to) slopes(part.slopes).clear();
-        return;
-    }
+    if (to.empty()) return;
     for (std::size_t a = 0; a < from.size(); ++a)
         for (std::size_t b = 0; b < a; ++b)
             if (from[a].data == from[b].data)

@@ -24,19 +24,6 @@ inline void write_real(void* data, Type type, int i, double value) {
         static_cast<float*>(data)[i] = static_cast<float>(value);
 }
 
-/// Derivatives of the elements of one quantity by those seeds on which it depends: a diagram has many seeds,
-/// and most of it hangs on few of them.
-struct Slopes {
-    std::vector<int> seeds; ///< ascending
-    Matrix values;          ///< a row per element, a column per entry of `seeds`
-
-    bool is_zero() const { return seeds.empty(); }
-    void clear();
-    /// From all columns, of which those of zeros are left out; `numbers`: the seeds that they are, or null.
-    void assign(Matrix all, const std::vector<int>* numbers = nullptr);
-    Matrix spread(int elements, int columns) const; ///< to all columns
-};
-
 /// Each signal and state has its slopes. A pass goes through the blocks in their order, as a step does;
 /// slopes of what does not run in it stay as they are.
 class Differential {
@@ -110,9 +97,10 @@ class Differential {
     template <class Evaluate>
     void bend(int node, const Vector& direction, double step, double precision, const Vector& here,
               const Vector& above, const Vector& below, Evaluate&& evaluate, Vector& slopes);
-    std::vector<Moving> moving(const std::vector<Part>& from, std::vector<int>& seeds) const;
+    std::vector<SlopeRow> rows(const std::vector<Part>& from) const;
     using Differentiate = std::function<bool(const Matrix& directions, Matrix& slopes)>;
-    using Structured = std::function<bool(const std::vector<Moving>& moving, Matrix& slopes)>;
+    using Structured =
+        std::function<bool(const std::vector<SlopeRow>& elements, std::vector<Slopes>& results)>;
     bool write(int node, const std::vector<Part>& from, const std::vector<Part>& to,
                const Differentiate& differentiate, const Structured& structured = {});
     std::vector<Part> reads(int node, Phase phase, int index) const;
@@ -138,6 +126,8 @@ class Differential {
     Slopes outside_;              ///< of all numbers of states outside
     std::map<std::tuple<int, Phase, int>, Task> tasks_;
     std::map<std::string_view, DualKernel> kernels_;
+    std::vector<Dual> numbers_; ///< of the operands of a rule, as the next ones
+    std::vector<kernels::View<Dual>> views_, list_;
 };
 
 } // namespace bf::analysis

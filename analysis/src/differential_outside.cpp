@@ -33,8 +33,6 @@ void Differential::follow_outside() {
 /// of these states afterwards.
 void Differential::with_outside(int node, Phase phase, int index) {
     const auto from = reads(node, phase, index), to = writes(node, phase, index);
-    std::vector<int> seeds = outside_.seeds;
-    static_cast<void>(moving(from, seeds));
     const std::size_t inside = context_.signal_bytes() + context_.parameter_bytes() + context_.state_bytes() +
                                d_.rates.size() * sizeof(Clock);
     std::vector<std::byte> here(context_.snapshot_size()), there(here.size());
@@ -44,6 +42,9 @@ void Differential::with_outside(int node, Phase phase, int index) {
         return Eigen::Map<Vector>(outside(snapshot, numbers), static_cast<Eigen::Index>(numbers));
     };
     const Vector state = saved(here);
+    auto moving = rows(from);
+    for (int i = 0; i < static_cast<int>(numbers); ++i) moving.push_back(outside_.row(i));
+    const auto seeds = seeds_of(moving);
     std::vector<Vector> values;
     Eigen::Index results = 0;
     for (const auto& part : from) {
@@ -113,11 +114,11 @@ void Differential::with_outside(int node, Phase phase, int index) {
     if (count > 0) differenced_.insert(node);
     if (!written.allFinite() || !after.allFinite())
         fail(node, "its derivative is not finite at this operating point; choose another one");
-    outside_.assign(std::move(after), &seeds);
+    outside_.assign(after, seeds);
     Eigen::Index i = 0;
     for (const auto& part : to) {
         if (is_real(part.type))
-            slopes(part.slopes).assign(written.middleRows(i, part.count), &seeds);
+            slopes(part.slopes).assign(written.middleRows(i, part.count), seeds);
         else
             slopes(part.slopes).clear();
         i += part.count;

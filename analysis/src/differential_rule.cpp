@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 namespace bf::analysis {
 
@@ -14,15 +15,14 @@ void Differential::rule(int node, Phase phase, const Call& call, const DualKerne
         Size size;
         Type type = Type::float64;
         const void* data = nullptr;
-        std::size_t same;      ///< as which it is one memory
-        int part = -1;         ///< of what is read and moves
-        Eigen::Index from = 0; ///< where that begins
-        std::vector<Dual> numbers = {};
+        std::size_t same; ///< as which it is one memory
+        int from = -1;    ///< first of its elements among all that move; -1: it does not
+        std::span<Dual> numbers = {};
     };
     std::vector<Part> read, written;
     std::vector<Operand> operands(call.operands.size());
     std::vector<std::size_t> results;
-    Eigen::Index inputs = 0;
+    int inputs = 0;
     for (std::size_t k = 0; k < call.operands.size(); ++k) {
         const auto& reference = call.operands[k];
         auto& operand = operands[k];
@@ -67,35 +67,40 @@ void Differential::rule(int node, Phase phase, const Call& call, const DualKerne
         if (of < 0 || !its.is_real || slopes(of).is_zero()) continue;
         // What a rule writes it reads only where rules share a workspace.
         if (is_target && slots[slot].role != Role::workspace) continue;
-        operand.part = static_cast<int>(read.size());
         operand.from = inputs;
         inputs += its.count;
         read.push_back({of, nullptr, operand.type, its.count});
     }
-    if (read.empty()) {
-        for (const auto& part : written) slopes(part.slopes).clear();
-        return;
-    }
 
-    std::vector<kernels::View<Dual>> views, list;
-    const auto set_values = [&] {
-        views.clear(), list.clear();
-        for (std::size_t k = 0; k < operands.size(); ++k) {
-            auto& operand = operands[k];
-            if (operand.same == k) {
-                operand.numbers.resize(static_cast<std::size_t>(operand.size.count()));
-                for (int e = 0; e < operand.size.count(); ++e)
-                    operand.numbers[static_cast<std::size_t>(e)] = read_value(operand.data, operand.type, e);
-            }
-            const bool is_listed = call.list_from >= 0 && static_cast<int>(k) >= call.list_from &&
-                                   static_cast<int>(k) < call.list_from + call.list_size;
-            (is_listed ? list : views)
-                .emplace_back(operands[operand.same].numbers.data(), operand.size.rows, operand.size.cols);
+    std::size_t size = 0;
+    for (std::size_t k = 0; k < operands.size(); ++k)
+        if (operands[k].same == k) size += static_cast<std::size_t>(operands[k].size.count());
+    if (numbers_.size() < size) numbers_.resize(size);
+    views_.clear();
+    list_.clear();
+    size = 0;
+    for (std::size_t k = 0; k < operands.size(); ++k) {
+        auto& operand = operands[k];
+        if (operand.same == k) {
+            const auto count = static_cast<std::size_t>(operand.size.count());
+            operand.numbers = {numbers_.data() + size, count};
+            size += count;
         }
+        const bool is_listed = call.list_from >= 0 && static_cast<int>(k) >= call.list_from &&
+                               static_cast<int>(k) < call.list_from + call.list_size;
+        (is_listed ? list_ : views_)
+            .emplace_back(operands[operand.same].numbers.data(), operand.size.rows, operand.size.cols);
+    }
+    const auto set_values = [&] {
+        for (const auto& operand : operands)
+            for (std::size_t e = 0; e < operand.numbers.size(); ++e)
+                operand.numbers[e] = operand.type == Type::float64
+                                         ? static_cast<const double*>(operand.data)[e]
+                                         : read_value(operand.data, operand.type, static_cast<int>(e));
     };
     const auto run = [&] {
         Dual::is_at_corner = false;
-        if (!kernel.kernel->run(views.data(), {list.data(), static_cast<int>(list.size())}))
+        if (!kernel.kernel->run(views_.data(), {list_.data(), static_cast<int>(list_.size())}))
             fail(node,
                  "it fails at this operating point, so that it has no derivative there; choose another one");
         if (Dual::is_at_corner) kinks_.insert(node);
@@ -112,79 +117,91 @@ void Differential::rule(int node, Phase phase, const Call& call, const DualKerne
             row += static_cast<Eigen::Index>(operands[k].numbers.size());
         }
     };
-    const auto structured = [&](const std::vector<Moving>& moving, Matrix& slopes) {
+    const auto multiply = [&](const LocalJacobian& local, const std::vector<SlopeRow>& elements,
+                              std::vector<Slopes>& made) {
+        std::size_t row = 0;
+        for (std::size_t p = 0; p < written.size(); ++p) {
+            const auto count = static_cast<std::size_t>(written[p].count);
+            made[p] = local.times(elements, row, count);
+            row += count;
+        }
+        return true;
+    };
+    const auto structured = [&](const std::vector<SlopeRow>& elements, std::vector<Slopes>& made) {
         std::vector<RuleOperand> whole;
         for (const auto& operand : operands)
             if (call.list_from < 0 && operand.type == Type::float64)
-                whole.push_back(
-                    {static_cast<const double*>(operand.data), operand.size.rows, operand.size.cols,
-                     operand.part < 0 ? nullptr : &moving[static_cast<std::size_t>(operand.part)]});
-        if (whole.size() == operands.size() && by_formula(call.kernel, whole, slopes)) return true;
+                whole.push_back({static_cast<const double*>(operand.data), operand.size.rows,
+                                 operand.size.cols, operand.from});
+        if (whole.size() == operands.size() && by_formula(call.kernel, whole, elements, made[0]))
+            return true; // beside it may stand a workspace
+        std::size_t rows = 0;
+        for (const auto& part : written) rows += static_cast<std::size_t>(part.count);
+        LocalJacobian local;
         if (kernel.structure == Structure::move) { // the kernel itself tells from where each result is
+            local.reserve(rows, rows);
             set_values();
             for (auto& operand : operands)
-                for (std::size_t e = 0; operand.part >= 0 && e < operand.numbers.size(); ++e)
-                    operand.numbers[e].slope = {static_cast<double>(operand.part + 1),
-                                                static_cast<double>(e)};
+                for (std::size_t e = 0; operand.from >= 0 && e < operand.numbers.size(); ++e)
+                    operand.numbers[e].slope[0] =
+                        static_cast<double>(operand.from) + static_cast<double>(e) + 1;
             run();
-            std::vector<std::vector<std::pair<Eigen::Index, Eigen::Index>>> moved(moving.size()); // to, from
-            for_each_result([&](const std::vector<Dual>& numbers, Eigen::Index row) {
-                for (const auto& [value, slope] : numbers) {
-                    if (slope[0] != 0)
-                        moved[static_cast<std::size_t>(slope[0]) - 1].emplace_back(
-                            row, static_cast<Eigen::Index>(slope[1]));
-                    ++row;
+            for_each_result([&](std::span<const Dual> numbers, Eigen::Index) {
+                for (const auto& number : numbers) {
+                    if (number.slope[0] != 0) local.add(static_cast<int>(number.slope[0]) - 1, 1);
+                    local.end_row();
                 }
             });
-            for (std::size_t p = 0; p < moving.size(); ++p)
-                for (std::size_t c = 0; c < moving[p].columns.size(); ++c) {
-                    const double* const of = moving[p].slopes->col(static_cast<Eigen::Index>(c)).data();
-                    double* const to = slopes.col(moving[p].columns[c]).data();
-                    for (const auto& [row, element] : moved[p]) to[row] = of[element];
-                }
-            return true;
+            return multiply(local, elements, made);
         }
         if (kernel.structure != Structure::elementwise) return false;
         for (const std::size_t k : results) // each of them by those beside it
             for (const auto& operand : operands)
-                if (operand.part >= 0 && operand.size.count() != 1 &&
+                if (operand.from >= 0 && operand.size.count() != 1 &&
                     operand.size.count() != operands[k].size.count())
                     return false;
-        std::vector<const Operand*> lanes;
-        for (const auto& operand : operands)
-            if (operand.part >= 0) lanes.push_back(&operand);
+        std::vector<std::size_t> moving;
+        for (std::size_t k = 0; k < operands.size(); ++k)
+            if (operands[k].from >= 0) moving.push_back(k);
+        local.reserve(rows, rows * moving.size());
+        Matrix own(rows, moving.size()); // of each result by each of them
         constexpr auto width = static_cast<std::size_t>(Dual::directions);
-        for (std::size_t first = 0; first < lanes.size(); first += width) {
-            const std::size_t count = std::min(width, lanes.size() - first);
+        for (std::size_t first = 0; first < moving.size(); first += width) {
+            const std::size_t count = std::min(width, moving.size() - first);
             set_values();
             for (std::size_t lane = 0; lane < count; ++lane)
-                for (auto& number :
-                     operands[static_cast<std::size_t>(lanes[first + lane] - operands.data())].numbers)
-                    number.slope[lane] = 1;
+                for (auto& number : operands[moving[first + lane]].numbers) number.slope[lane] = 1;
             run();
-            for_each_result([&](const std::vector<Dual>& numbers, Eigen::Index row) {
-                Vector own(static_cast<Eigen::Index>(numbers.size()));
-                for (std::size_t lane = 0; lane < count; ++lane) {
+            for_each_result([&](std::span<const Dual> numbers, Eigen::Index row) {
+                for (std::size_t lane = 0; lane < count; ++lane)
                     for (std::size_t e = 0; e < numbers.size(); ++e)
-                        own[static_cast<Eigen::Index>(e)] = slope_of(numbers[e], lane);
-                    add_elements(own, moving[static_cast<std::size_t>(lanes[first + lane]->part)], row,
-                                 slopes);
-                }
+                        own(row + static_cast<Eigen::Index>(e), static_cast<Eigen::Index>(first + lane)) =
+                            slope_of(numbers[e], lane);
             });
         }
-        return true;
+        for_each_result([&](std::span<const Dual> numbers, Eigen::Index row) {
+            for (int e = 0; e < static_cast<int>(numbers.size()); ++e) {
+                for (std::size_t i = 0; i < moving.size(); ++i) {
+                    const auto& operand = operands[moving[i]];
+                    local.add(operand.from + (operand.size.count() == 1 ? 0 : e),
+                              own(row + e, static_cast<Eigen::Index>(i)));
+                }
+                local.end_row();
+            }
+        });
+        return multiply(local, elements, made);
     };
     const auto differentiate = [&](const Matrix& directions, Matrix& slopes) {
         for (Eigen::Index first = 0; first < directions.cols(); first += Dual::directions) {
             const auto count = std::min<Eigen::Index>(Dual::directions, directions.cols() - first);
             set_values();
             for (auto& operand : operands)
-                for (std::size_t e = 0; operand.part >= 0 && e < operand.numbers.size(); ++e)
+                for (std::size_t e = 0; operand.from >= 0 && e < operand.numbers.size(); ++e)
                     for (Eigen::Index c = 0; c < count; ++c)
                         operand.numbers[e].slope[static_cast<std::size_t>(c)] =
                             directions(operand.from + static_cast<Eigen::Index>(e), first + c);
             run();
-            for_each_result([&](const std::vector<Dual>& numbers, Eigen::Index row) {
+            for_each_result([&](std::span<const Dual> numbers, Eigen::Index row) {
                 for (const auto& number : numbers) {
                     for (Eigen::Index c = 0; c < count; ++c)
                         slopes(row, first + c) = slope_of(number, static_cast<std::size_t>(c));

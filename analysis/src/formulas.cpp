@@ -5,6 +5,7 @@
 #include "bf/kernels/standard.hpp"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 
 namespace bf::analysis {
 
@@ -12,78 +13,63 @@ namespace {
 
 using Values = Eigen::Map<const Matrix>;
 
-/// slopes(from d) += d, for each direction d of an operand.
-void add(const Eigen::Ref<const Matrix>& changes, const Moving& moving, Matrix& slopes) {
-    for (std::size_t c = 0; c < moving.columns.size(); ++c)
-        slopes.col(moving.columns[c]).head(changes.rows()) += changes.col(static_cast<Eigen::Index>(c));
+Line row(const RuleOperand& of, int i) { return {i, of.rows, of.cols}; }
+Line column(const RuleOperand& of, int j) { return {j * of.rows, 1, of.rows}; }
+
+/// Adds those of A d, where d are elements from the first one on, as many as B has.
+void add_product(const double* A, const RuleOperand& B, const SlopeRow* d, const RuleOperand& y,
+                 std::vector<ProductOfSlopes>& to) {
+    for (int j = 0; j < y.cols; ++j) to.push_back({A, 1, y.rows, d, column(B, j), column(y, j)});
+}
+/// Adds those of d B.
+void add_product(const RuleOperand& A, const SlopeRow* d, const double* B, const RuleOperand& y,
+                 std::vector<ProductOfSlopes>& to) {
+    for (int i = 0; i < y.rows; ++i) to.push_back({B, A.cols, 1, d, row(A, i), row(y, i)});
 }
 
-// All directions are multiplied at once: small products one by one would mostly be calls.
-
-/// Of A d.
-void add_product(const Values& A, const RuleOperand& d, Matrix& slopes) {
-    const Eigen::Index count = d.moving->slopes->cols();
-    const Values side_by_side(d.moving->slopes->data(), d.rows, d.cols * count);
-    const Matrix product = A * side_by_side;
-    add(Values(product.data(), A.rows() * d.cols, count), *d.moving, slopes);
-}
-
-/// Of factor d B; of a symmetric d its lower triangle is there.
-void add_product(double factor, const RuleOperand& d, bool is_symmetric, const Eigen::Ref<const Matrix>& B,
-                 Matrix& slopes) {
-    const Eigen::Index count = d.moving->slopes->cols();
-    Matrix below(d.rows * count, d.cols); // one another
-    for (Eigen::Index c = 0; c < count; ++c) {
-        const Values one(d.moving->slopes->col(c).data(), d.rows, d.cols);
-        auto to = below.middleRows(c * d.rows, d.rows);
-        if (is_symmetric)
-            to = one.selfadjointView<Eigen::Lower>();
-        else
-            to = one;
+bool of_solution(const RuleOperand& x, const RuleOperand& a, const RuleOperand& b,
+                 const std::vector<SlopeRow>& elements, Slopes& slopes) {
+    const Values A(a.data, a.rows, a.cols), B(b.data, b.rows, b.cols);
+    const Eigen::LLT<Matrix> factor(A); // of which the lower triangle is read
+    if (factor.info() != Eigen::Success) return false;
+    const Matrix inverse = factor.solve(Matrix::Identity(a.rows, a.rows)), minus_X = -factor.solve(B);
+    const auto size = static_cast<std::size_t>(x.rows * x.cols);
+    std::vector<ProductOfSlopes> products;
+    std::vector<SlopeRow> symmetric, right;
+    Slopes changes;
+    if (a.first >= 0) {
+        for (int j = 0; j < a.cols; ++j)
+            for (int i = 0; i < a.rows; ++i)
+                symmetric.push_back(
+                    elements[static_cast<std::size_t>(a.first + std::max(i, j) + std::min(i, j) * a.rows)]);
+        add_product(a, symmetric.data(), minus_X.data(), x, products);
+        changes = sum(size, products);
+        products.clear();
+        for (int e = 0; e < x.rows * x.cols; ++e) right.push_back(changes.row(e));
+        add_product(inverse.data(), b, right.data(), x, products);
     }
-    const Matrix product = factor * below * B;
-    Matrix changes(d.rows * B.cols(), count);
-    for (Eigen::Index c = 0; c < count; ++c)
-        Eigen::Map<Matrix>(changes.col(c).data(), d.rows, B.cols()) = product.middleRows(c * d.rows, d.rows);
-    add(changes, *d.moving, slopes);
+    if (b.first >= 0) add_product(inverse.data(), b, elements.data() + b.first, x, products);
+    slopes = sum(size, products);
+    return true;
 }
 
 } // namespace
 
-bool by_formula(std::string_view kernel, const std::vector<RuleOperand>& operands, Matrix& slopes) {
+bool by_formula(std::string_view kernel, const std::vector<RuleOperand>& operands,
+                const std::vector<SlopeRow>& elements, Slopes& slopes) {
     const bool may_scale = kernel == kernels::ScalarOrMatrixProduct::name,
                is_product = may_scale || kernel == kernels::MatrixProduct::name,
                is_solution = kernel == kernels::CholeskySolve::name;
     if (!is_product && !is_solution) return false;
-    const RuleOperand &y = operands[0], &first = operands[1], &second = operands[2];
+    const RuleOperand &y = operands[0], &A = operands[1], &B = operands[2];
     const auto is_number = [](const RuleOperand& of) { return of.rows * of.cols == 1; };
-    if (may_scale && (is_number(first) || is_number(second))) return false;
-    const Values A(first.data, first.rows, first.cols), B(second.data, second.rows, second.cols);
-    if (is_product) {
-        if (first.moving) add_product(1, first, false, B, slopes);
-        if (second.moving) add_product(A, second, slopes);
-        return true;
-    }
-    const Eigen::LLT<Matrix> factor(A); // of which the lower triangle is read
-    if (factor.info() != Eigen::Success) return false;
-    Matrix right = Matrix::Zero(y.rows * y.cols, slopes.cols());
-    if (second.moving) add(*second.moving->slopes, *second.moving, right);
-    if (first.moving) add_product(-1, first, true, factor.solve(B), right);
-    Eigen::Map<Matrix> side_by_side(right.data(), y.rows, y.cols * right.cols());
-    factor.solveInPlace(side_by_side);
-    slopes.topRows(right.rows()) = right; // beside it may stand a workspace
+    if (may_scale && (is_number(A) || is_number(B))) return false;
+    if (is_solution) return of_solution(y, A, B, elements, slopes);
+    std::vector<ProductOfSlopes> products;
+    if (A.first >= 0) add_product(A, elements.data() + A.first, B.data, y, products);
+    if (B.first >= 0) add_product(A.data, B, elements.data() + B.first, y, products);
+    slopes = sum(static_cast<std::size_t>(y.rows * y.cols), products);
     return true;
-}
-
-void add_elements(const Vector& own, const Moving& moving, Eigen::Index row, Matrix& slopes) {
-    for (std::size_t c = 0; c < moving.columns.size(); ++c) {
-        const auto of = moving.slopes->col(static_cast<Eigen::Index>(c));
-        const bool is_one = of.size() == 1;
-        auto to = slopes.col(moving.columns[c]).segment(row, own.size());
-        // What does not move adds nothing, however steep it is.
-        for (Eigen::Index e = 0; e < own.size(); ++e)
-            if (const double change = of[is_one ? 0 : e]; change != 0) to[e] += own[e] * change;
-    }
 }
 
 } // namespace bf::analysis

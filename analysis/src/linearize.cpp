@@ -235,6 +235,7 @@ class Linearization {
     }
 
     bool is_cut(const Node::End& end) const {
+        if (open_.empty()) return false;
         for (int e = 0; e < slot(end).size.count(); ++e)
             if (!is_cut(end, e)) return false;
         return true;
@@ -338,9 +339,11 @@ class Linearization {
         // Blocks without states are on a path where they change with the inputs and somebody on it reads
         // them.
         for (const auto& channel : to_) ends.insert(channel.end.node);
+        std::vector<std::vector<int>> sources(d_.nodes.size()); // by who reads them
+        for (const auto& [source, slot, reader] : flows_)
+            if (!is_cut({source, slot})) sources[static_cast<std::size_t>(reader)].push_back(source);
         const auto read = reached(ends, [&](int node, auto&& go) {
-            for (const auto& [source, slot, reader] : flows_)
-                if (reader == node && !is_cut({source, slot})) go(source);
+            for (const int source : sources[static_cast<std::size_t>(node)]) go(source);
         });
         for (const int node : read)
             if (changes_with_inputs(node, driven)) on_path_.insert(node);
@@ -350,7 +353,7 @@ class Linearization {
         for (int s = 0; s < static_cast<int>(slots(node).size()); ++s) {
             if (slot({node, s}).role != Role::output) continue;
             if (!by_inputs_->own({node, s}).is_zero()) return true;
-            for (const int c : by_states_->own({node, s}).seeds)
+            for (const int c : by_states_->own({node, s}).seeds())
                 if (c < static_cast<int>(driven.size()) && driven[static_cast<std::size_t>(c)]) return true;
         }
         return false;

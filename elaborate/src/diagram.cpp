@@ -142,27 +142,33 @@ bool matches(std::string_view text, std::string_view pattern) {
 
 } // namespace
 
-SignalFinder::SignalFinder(const Diagram& diagram) : all_(diagram.signals()) {
+SignalFinder::SignalFinder(const Diagram& diagram) : diagram_(diagram), all_(diagram.signals()) {
     for (std::size_t i = 0; i < all_.size(); ++i) {
         const std::string_view path = all_[i].path;
         by_path_[path].push_back(i);
         if (const auto dot = path.rfind('.'); dot != path.npos) by_parent_[path.substr(0, dot)].push_back(i);
     }
-    for (std::size_t n = 0; n < diagram.nodes.size(); ++n) {
-        const auto& node = diagram.nodes[n];
+}
+
+const std::unordered_map<std::string, Node::End>& SignalFinder::hidden() const {
+    if (hidden_) return *hidden_;
+    auto& hidden = hidden_.emplace();
+    for (std::size_t n = 0; n < diagram_.nodes.size(); ++n) {
+        const auto& node = diagram_.nodes[n];
         const auto& slots = node.block->resolution().slots;
         const auto count = [&](Role role) { return std::ranges::count(slots, role, &Slot::role); };
         const bool is_plain_sink = count(Role::output) == 0 && count(Role::input) == 1;
         for (std::size_t i = 0; i < slots.size(); ++i) {
             if (slots[i].role == Role::discrete_state)
-                hidden_.try_emplace(node.path + "." + slots[i].name,
-                                    Node::End{static_cast<int>(n), static_cast<int>(i)});
+                hidden.try_emplace(node.path + "." + slots[i].name,
+                                   Node::End{static_cast<int>(n), static_cast<int>(i)});
             if (slots[i].role == Role::input && node.sources[i].node >= 0) {
-                hidden_.try_emplace(node.path + "." + slots[i].name, node.sources[i]);
-                if (is_plain_sink) hidden_.try_emplace(node.path, node.sources[i]);
+                hidden.try_emplace(node.path + "." + slots[i].name, node.sources[i]);
+                if (is_plain_sink) hidden.try_emplace(node.path, node.sources[i]);
             }
         }
     }
+    return hidden;
 }
 
 std::vector<SignalName> SignalFinder::match(const std::string& pattern) const {
@@ -179,8 +185,8 @@ std::vector<SignalName> SignalFinder::match(const std::string& pattern) const {
     if (const auto inside = by_parent_.find(pattern);
         inside != by_parent_.end() && inside->second.size() == 1)
         return {{pattern, all_[inside->second.front()].end}};
-    if (const auto hidden = hidden_.find(pattern); hidden != hidden_.end())
-        return {{pattern, hidden->second}};
+    if (const auto found_there = hidden().find(pattern); found_there != hidden().end())
+        return {{pattern, found_there->second}};
     return {};
 }
 

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <unordered_map>
 #include <utility>
@@ -226,11 +227,15 @@ class SignalFinder {
     const std::vector<SignalName>& all() const { return all_; }
 
   private:
+    const std::unordered_map<std::string, Node::End>& hidden() const;
+
+    const Diagram& diagram_;
     std::vector<SignalName> all_;
     /// Among them, by path, and by what stands before the last dot of it.
     std::unordered_map<std::string_view, std::vector<std::size_t>> by_path_, by_parent_;
-    /// An input, or a sink of one, is seen through what drives it; a state through its memory.
-    std::unordered_map<std::string, Node::End> hidden_;
+    /// An input, or a sink of one, is seen through what drives it; a state through its memory. Made when it
+    /// is first asked for, as most names are those of signals.
+    mutable std::optional<std::unordered_map<std::string, Node::End>> hidden_;
 };
 
 } // namespace bf

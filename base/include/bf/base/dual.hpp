@@ -1,52 +1,99 @@
 // Numbers with derivatives: forward differentiation through what is a template over its numbers.
 #pragma once
 
-#include <array>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 
 namespace bf {
+
+/// Derivatives along some directions, a power of two, in pairs that fit into registers of all processors:
+/// computed and copied one by one they would wait for one another in memory.
+template <int lanes> class SlopesAlong {
+  public:
+    SlopesAlong() = default;
+    double operator[](std::size_t i) const { return begin()[i]; }
+    double& operator[](std::size_t i) { return begin()[i]; }
+    const double* begin() const { return low_.begin(); }
+    double* begin() { return low_.begin(); }
+    bool operator==(const SlopesAlong& b) const { return low_ == b.low_ && high_ == b.high_; }
+    bool operator!=(const SlopesAlong& b) const { return !(*this == b); }
+    SlopesAlong operator-() const { return {-low_, -high_}; }
+    SlopesAlong operator+(const SlopesAlong& b) const { return {low_ + b.low_, high_ + b.high_}; }
+    SlopesAlong operator-(const SlopesAlong& b) const { return {low_ - b.low_, high_ - b.high_}; }
+    SlopesAlong operator*(double b) const { return {low_ * b, high_ * b}; }
+    SlopesAlong operator/(double b) const { return {low_ / b, high_ / b}; }
+
+  private:
+    using Half = SlopesAlong<lanes / 2>;
+    SlopesAlong(const Half& low, const Half& high) : low_(low), high_(high) {}
+    Half low_, high_;
+};
+template <> class SlopesAlong<2> {
+  public:
+    SlopesAlong() = default;
+    const double* begin() const { return reinterpret_cast<const double*>(&pair_); }
+    double* begin() { return reinterpret_cast<double*>(&pair_); }
+    bool operator==(const SlopesAlong& b) const { return pair_[0] == b.pair_[0] && pair_[1] == b.pair_[1]; }
+#ifdef __GNUC__
+    SlopesAlong operator-() const { return SlopesAlong(-pair_); }
+    SlopesAlong operator+(const SlopesAlong& b) const { return SlopesAlong(pair_ + b.pair_); }
+    SlopesAlong operator-(const SlopesAlong& b) const { return SlopesAlong(pair_ - b.pair_); }
+    SlopesAlong operator*(double b) const { return SlopesAlong(pair_ * b); }
+    SlopesAlong operator/(double b) const { return SlopesAlong(pair_ / b); }
+
+  private:
+    typedef double Pair __attribute__((vector_size(2 * sizeof(double)), aligned(sizeof(double))));
+    explicit SlopesAlong(const Pair& pair) : pair_(pair) {}
+    Pair pair_;
+#else
+    SlopesAlong operator-() const { return {-pair_[0], -pair_[1]}; }
+    SlopesAlong operator+(const SlopesAlong& b) const {
+        return {pair_[0] + b.pair_[0], pair_[1] + b.pair_[1]};
+    }
+    SlopesAlong operator-(const SlopesAlong& b) const {
+        return {pair_[0] - b.pair_[0], pair_[1] - b.pair_[1]};
+    }
+    SlopesAlong operator*(double b) const { return {pair_[0] * b, pair_[1] * b}; }
+    SlopesAlong operator/(double b) const { return {pair_[0] / b, pair_[1] / b}; }
+
+  private:
+    SlopesAlong(double first, double second) : pair_{first, second} {}
+    double pair_[2];
+#endif
+};
 
 /// x + x' ε with ε² = 0, so that f(x + x' ε) = f(x) + f'(x) x' ε, along `lanes` directions at once.
 /// Comparisons look at x alone: at a corner the derivative is that of the side on which f is computed.
 /// Source: Griewank and Walther, Evaluating Derivatives, 2nd ed., §3.1.
 template <int lanes> class Dual {
   public:
-    using Slopes = std::array<double, static_cast<std::size_t>(lanes)>;
+    using Slopes = SlopesAlong<lanes>;
     static constexpr int directions = lanes;
+    Slopes slope; // first, so that what copies memory by registers takes the same pieces
     double value;
-    Slopes slope;
 
     /// Has a comparison, or a rounding, been right where its answer changes? Then there is a jump or corner.
     static inline thread_local bool is_at_corner = false;
 
     Dual() = default;
-    Dual(double number) : value(number), slope{} {}
-    Dual(double number, const Slopes& slopes) : value(number), slope(slopes) {}
+    Dual(double number) : slope{}, value(number) {}
+    Dual(double number, const Slopes& slopes) : slope(slopes), value(number) {}
     explicit operator bool() const { return value != 0; }
     explicit operator int() const { return static_cast<int>(value); }
 
-    friend Dual operator-(const Dual& x) {
-        return along(-x.value, [&](std::size_t i) { return -x.slope[i]; });
-    }
-    friend Dual operator+(const Dual& x, const Dual& y) {
-        return along(x.value + y.value, [&](std::size_t i) { return x.slope[i] + y.slope[i]; });
-    }
-    friend Dual operator-(const Dual& x, const Dual& y) {
-        return along(x.value - y.value, [&](std::size_t i) { return x.slope[i] - y.slope[i]; });
-    }
+    friend Dual operator-(const Dual& x) { return {-x.value, -x.slope}; }
+    friend Dual operator+(const Dual& x, const Dual& y) { return {x.value + y.value, x.slope + y.slope}; }
+    friend Dual operator-(const Dual& x, const Dual& y) { return {x.value - y.value, x.slope - y.slope}; }
     friend Dual operator*(const Dual& x, const Dual& y) {
-        return along(x.value * y.value,
-                     [&](std::size_t i) { return x.slope[i] * y.value + x.value * y.slope[i]; });
+        return {x.value * y.value, x.slope * y.value + y.slope * x.value};
     }
     friend Dual operator/(const Dual& x, const Dual& y) {
         const double q = x.value / y.value;
-        return along(q, [&](std::size_t i) { return (x.slope[i] - q * y.slope[i]) / y.value; });
+        return {q, (x.slope - y.slope * q) / y.value};
     }
     // With numbers that do not change, by half of the work of those above.
-    friend Dual operator*(double a, const Dual& x) {
-        return along(a * x.value, [&](std::size_t i) { return a * x.slope[i]; });
-    }
+    friend Dual operator*(double a, const Dual& x) { return {a * x.value, x.slope * a}; }
     friend Dual operator*(const Dual& x, double a) { return a * x; }
     friend Dual operator+(const Dual& x, double a) { return {x.value + a, x.slope}; }
     friend Dual operator+(double a, const Dual& x) { return x + a; }
@@ -145,7 +192,17 @@ template <int lanes> class Dual {
     /// f(x), where f has this value and this derivative. What does not depend on anything has no derivative,
     /// even where f has none.
     Dual through(double f, double derivative) const {
-        return along(f, [&](std::size_t i) { return slope[i] == 0 ? 0 : derivative * slope[i]; });
+        return {f, std::isfinite(derivative) ? slope * derivative : steep(derivative)};
+    }
+#ifdef __GNUC__
+    [[gnu::noinline]]
+#endif
+    Slopes
+    steep(double derivative) const {
+        Slopes result;
+        for (std::size_t i = 0; i < static_cast<std::size_t>(lanes); ++i)
+            result[i] = slope[i] == 0 ? 0 : derivative * slope[i];
+        return result;
     }
 };
 

@@ -380,12 +380,11 @@ bool Differential::write(int node, const std::vector<Part>& from, const std::vec
             });
         } else {
             Matrix read = Matrix::Zero(rows, count), along = Matrix::Zero(results, count);
-            for (Eigen::Index c = 0; c < count; ++c) {
-                const int seed = seeds[static_cast<std::size_t>(c)];
-                for (Eigen::Index e = 0; e < rows; ++e) {
-                    const auto& [values, first, end] = elements[static_cast<std::size_t>(e)];
-                    if (seed >= first && seed < end) read(e, c) = values[seed - first];
-                }
+            for (Eigen::Index e = 0; e < rows; ++e) {
+                const auto& [values, first, end] = elements[static_cast<std::size_t>(e)];
+                auto seed = std::lower_bound(seeds.begin(), seeds.end(), first);
+                for (; seed != seeds.end() && *seed < end; ++seed)
+                    read(e, seed - seeds.begin()) = values[*seed - first];
             }
             if (!differentiate(read, along)) return false;
             check(along.allFinite());

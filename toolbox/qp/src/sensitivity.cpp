@@ -126,12 +126,11 @@ Sensitivity differentiate(const Problem& problem, const Eigen::Ref<const Vector>
     Matrix q = Matrix::Zero(n, directions), c = Matrix::Zero(held_count, directions), W(held_count, n);
     if (changes.g.rows() > 0) q -= changes.g;
     Matrix H_x = Matrix::Zero(n, directions);
-    if (changes.H.rows() > 0)
-        for (Index j = 0; j < n; ++j)
-            for (Index i = 0; i < n; ++i) {
-                H_x.row(i) += 0.5 * x[j] * changes.H.row(i + j * n);
-                H_x.row(j) += 0.5 * x[i] * changes.H.row(i + j * n);
-            }
+    using Values = Eigen::Map<const Matrix>; // of one direction
+    for (Index d = 0; changes.H.rows() > 0 && d < directions; ++d) {
+        const Values dH(changes.H.col(d).data(), n, n);
+        H_x.col(d) = 0.5 * (dH * x + dH.transpose() * x);
+    }
     q -= H_x;
     for (Index k = 0; k < held_count; ++k) {
         const auto& one = held[static_cast<std::size_t>(k)];
@@ -140,9 +139,10 @@ Sensitivity differentiate(const Problem& problem, const Eigen::Ref<const Vector>
                                          : (one.is_lower ? changes.lbA : changes.ubA);
         if (limit.rows() > 0) c.row(k) += limit.row(one.row);
         if (one.is_bound || changes.A.rows() == 0) continue;
-        for (Index j = 0; j < n; ++j) {
-            c.row(k) -= x[j] * changes.A.row(one.row + j * m);
-            q.row(j) += one.multiplier * changes.A.row(one.row + j * m);
+        for (Index d = 0; d < directions; ++d) {
+            const Values dA(changes.A.col(d).data(), m, n);
+            c(k, d) -= dA.row(one.row).dot(x);
+            q.col(d) += one.multiplier * dA.row(one.row).transpose();
         }
     }
 

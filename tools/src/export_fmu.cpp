@@ -36,7 +36,7 @@ struct ExportOptions {
     std::string output;
 };
 
-using Role = codegen::FmuVariable::Role;
+using VariableRole = codegen::FmuVariable::Role;
 
 /// A matrix row by row.
 std::vector<double> row_by_row(const std::vector<double>& elements, int rows, int cols) {
@@ -63,29 +63,29 @@ fmi::Variable variable_of(const codegen::FmuVariable& v, std::uint32_t reference
     if (std::isfinite(v.limits.above)) its.minimum = v.limits.above;
     if (std::isfinite(v.limits.maximum)) its.maximum = v.limits.maximum;
     switch (v.role) {
-    case Role::input:
+    case VariableRole::input:
         its.causality = fmi::Causality::input;
         its.variability = changing;
         its.start = row_by_row(v.start, v.rows, v.cols);
         break;
-    case Role::parameter:
-    case Role::fixed:
+    case VariableRole::parameter:
+    case VariableRole::fixed:
         its.causality = fmi::Causality::parameter;
-        its.variability = v.role == Role::fixed ? fmi::Variability::fixed : fmi::Variability::tunable;
+        its.variability = v.role == VariableRole::fixed ? fmi::Variability::fixed : fmi::Variability::tunable;
         its.initial = fmi::Initial::exact;
         its.start = row_by_row(v.start, v.rows, v.cols);
         break;
-    case Role::calculated:
+    case VariableRole::calculated:
         its.causality = fmi::Causality::calculated_parameter;
         its.variability = fmi::Variability::tunable;
         its.initial = fmi::Initial::calculated;
         break;
-    case Role::crossings:
-    case Role::state:
-    case Role::rate:
-    case Role::output:
-    case Role::signal:
-        its.causality = v.role == Role::output ? fmi::Causality::output : fmi::Causality::local;
+    case VariableRole::crossings:
+    case VariableRole::state:
+    case VariableRole::rate:
+    case VariableRole::output:
+    case VariableRole::signal:
+        its.causality = v.role == VariableRole::output ? fmi::Causality::output : fmi::Causality::local;
         its.variability = changing;
         its.initial = fmi::Initial::calculated;
         break;
@@ -173,21 +173,22 @@ fmi::Description description_of(const std::vector<FmuVariant>& variants, const c
                first_structural = first_clock + static_cast<int>(code.clocks.size());
     for (const auto& v : code.variables) {
         const auto number = static_cast<int>(d.variables.size());
-        if (v.role == Role::input) inputs[v.name] = number;
-        if (v.role == Role::output) {
+        if (v.role == VariableRole::input) inputs[v.name] = number;
+        if (v.role == VariableRole::output) {
             fmi::Unknown output{number, std::vector<int>()};
             for (const auto& input : v.inputs) output.dependencies->push_back(inputs.at(input));
             for (const int clock : v.clocks) output.dependencies->push_back(first_clock + clock);
             d.outputs.push_back(output);
         }
-        if (v.role == Role::state) states.push_back(number);
-        if (v.role == Role::rate) d.derivatives.push_back({number});
-        if (v.role == Role::crossings) {
+        if (v.role == VariableRole::state) states.push_back(number);
+        if (v.role == VariableRole::rate) d.derivatives.push_back({number});
+        if (v.role == VariableRole::crossings) {
             d.indicators.push_back(number);
             d.event_indicators = v.rows;
         }
-        if (v.role != Role::input && v.role != Role::parameter && v.role != Role::fixed &&
-            v.role != Role::signal && v.role != Role::crossings && v.clocks.empty())
+        if (v.role != VariableRole::input && v.role != VariableRole::parameter &&
+            v.role != VariableRole::fixed && v.role != VariableRole::signal &&
+            v.role != VariableRole::crossings && v.clocks.empty())
             d.initial_unknowns.push_back({number});
         d.variables.push_back(variable_of(v, static_cast<std::uint32_t>(number)));
         for (int& by : d.variables.back().dimension_by)
@@ -196,7 +197,7 @@ fmi::Description description_of(const std::vector<FmuVariant>& variants, const c
             d.variables.back().type = fmi::Type::enumeration;
             d.variables.back().declared_type = enumeration(d, v);
         }
-        if (v.role == Role::rate) d.variables.back().derivative_of = states[d.derivatives.size() - 1];
+        if (v.role == VariableRole::rate) d.variables.back().derivative_of = states[d.derivatives.size() - 1];
         for (const int clock : v.clocks) d.variables.back().clocks.push_back(first_clock + clock);
     }
     for (const auto& clock : code.clocks)

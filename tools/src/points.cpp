@@ -11,7 +11,7 @@ namespace bf::tools {
 
 namespace {
 
-double number_of(const std::string& text, const std::string& whole) {
+double number_in(const std::string& text, const std::string& whole) {
     try {
         const auto value = matlab::evaluate(text, matlab::Workspace());
         if (value.is_numeric() && value.is_scalar() && std::isfinite(value.scalar())) return value.scalar();
@@ -61,7 +61,7 @@ Random parse_random(const std::string& text) {
         throw CommandError("'" + text +
                            "' is no distribution; write NAME~normal(MEAN,DEVIATION), "
                            "NAME~uniform(LEAST,MOST) or NAME~integers(LEAST,MOST)");
-    Random random{parts[1], Random::Kind::normal, number_of(parts[3], text), number_of(parts[4], text)};
+    Random random{parts[1], Random::Kind::normal, number_in(parts[3], text), number_in(parts[4], text)};
     if (parts[2] == "uniform")
         random.kind = Random::Kind::uniform;
     else if (parts[2] == "integers")

@@ -9,29 +9,29 @@ namespace bf::tools {
 
 namespace {
 
-using Row = std::vector<std::string>;
+using Cells = std::vector<std::string>;
 
 using escape::markdown;
 constexpr auto code = escape::markdown_code;
 
 /// Columns that are empty in all rows are left out.
-std::string table(const Row& heads, const std::vector<Row>& rows) {
-    const auto line = [&](const Row& cells) {
+std::string table(const Cells& heads, const std::vector<Cells>& rows) {
+    const auto line = [&](const Cells& cells) {
         std::string text = "|";
         for (std::size_t i = 0; i < heads.size(); ++i) {
             const bool is_used =
-                std::any_of(rows.begin(), rows.end(), [&](const Row& row) { return !row[i].empty(); });
+                std::any_of(rows.begin(), rows.end(), [&](const Cells& row) { return !row[i].empty(); });
             if (is_used) text += " " + cells[i] + " |";
         }
         return text + "\n";
     };
-    std::string text = line(heads) + line(Row(heads.size(), "---"));
+    std::string text = line(heads) + line(Cells(heads.size(), "---"));
     for (const auto& row : rows) text += line(row);
     return text + "\n";
 }
 
 std::string argument_table(const Declared& block) {
-    std::vector<Row> rows;
+    std::vector<Cells> rows;
     for (const auto& a : block.arguments) {
         std::string choices;
         for (const auto& choice : a.choices) choices += (choices.empty() ? "one of " : ", ") + code(choice);
@@ -43,7 +43,7 @@ std::string argument_table(const Declared& block) {
 }
 
 std::string quantity_table(const Declared& block, Role role, const std::string& head) {
-    std::vector<Row> rows;
+    std::vector<Cells> rows;
     for (const auto& q : block.quantities)
         if (q.role == role)
             rows.push_back({code(q.name), q.size, q.type, markdown(q.unit), code(q.initial),

@@ -20,7 +20,7 @@ using Json = nlohmann::ordered_json;
 bool is_number(const std::string& text) {
     return !text.empty() && std::isdigit(static_cast<unsigned char>(text[0])) != 0;
 }
-bool is_letter(char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_'; }
+bool is_in_names(char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_'; }
 
 /// The states inside, which are all active at once where they are `regions`.
 const char* inside_of(const Json& state) { return state.contains("regions") ? "regions" : "states"; }
@@ -98,12 +98,12 @@ bool may_be_state(std::string_view text, std::string_view name) {
     const auto begin = static_cast<std::size_t>(name.data() - text.data());
     const std::string_view blanks = " \t";
     const std::size_t next = text.find_first_not_of(blanks, begin + name.size());
-    if (next != text.npos && (text[next] == '(' || is_letter(text[next]))) return false;
+    if (next != text.npos && (text[next] == '(' || is_in_names(text[next]))) return false;
     std::string_view before = text.substr(0, begin);
     before = before.substr(0, before.find_last_not_of(blanks) + 1);
     return std::ranges::none_of(std::array<std::string_view, 3>{"raise", "send", "cancel"}, [&](auto word) {
         return before.ends_with(word) &&
-               (before.size() == word.size() || !is_letter(before[before.size() - word.size() - 1]));
+               (before.size() == word.size() || !is_in_names(before[before.size() - word.size() - 1]));
     });
 }
 

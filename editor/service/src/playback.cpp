@@ -32,7 +32,7 @@ constexpr std::size_t most_samples = 240;                 ///< of a signal in a 
 constexpr std::size_t most_filled = 4000;                 ///< of a signal on a branch that is computed again
 constexpr std::size_t most_fillings = 32;                 ///< that wait
 constexpr std::size_t most_branches = 16;
-constexpr std::size_t most_bytes = std::size_t{256} << 20; ///< of checkpoints
+constexpr std::size_t most_checkpoint_bytes = std::size_t{256} << 20;
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 } // namespace
@@ -41,9 +41,8 @@ class Playback::Loop final : public Run::Observer {
   public:
     Loop(std::shared_ptr<const LoadedModel> model, std::int64_t revision, Listener listener)
         : listener_(std::move(listener)),
-          timeline_([this](Played& played) { prepare(played); }, most_bytes, most_branches), newest_{
-                                                                                                 model,
-                                                                                                 revision} {
+          timeline_([this](Played& played) { prepare(played); }, most_checkpoint_bytes, most_branches),
+          newest_{model, revision} {
         timeline_.begin(std::move(model), revision);
         state_.state = Running::paused;
         note();

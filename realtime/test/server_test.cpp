@@ -5,6 +5,7 @@
 #include "bf/realtime/unix_socket.hpp"
 #include "bf/run/recorder.hpp"
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <functional>
@@ -31,6 +32,17 @@ std::string port_of(const Server& server) {
     const std::string address = server.address(); // ws://127.0.0.1:PORT/?token=
     const auto colon = address.rfind(':');
     return address.substr(colon + 1, address.find('/', colon) - colon - 1);
+}
+
+TEST(Log, IsToldByItsLastTwentyEntries) {
+    std::vector<LogEntry> log;
+    EXPECT_EQ(log_text(log), "");
+    for (int i = 0; i < 21; ++i) log.push_back({0, 0.5 * i, "ada\x1b", "k = " + std::to_string(i)});
+    const std::string text = log_text(log);
+    EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 20) << text;
+    EXPECT_TRUE(text.starts_with("  t = 0.5 s, ada")) << text;
+    EXPECT_TRUE(text.ends_with(": k = 20\n")) << text;
+    EXPECT_EQ(text.find('\x1b'), text.npos) << "what a viewer calls itself steers no terminal";
 }
 
 TEST(Server, AnswersAViewerThatIsNotOurs) {

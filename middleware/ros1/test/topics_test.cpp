@@ -1,5 +1,6 @@
 // Messages of any type, to and from programs of ROS 1 that are not ours.
 #include "bf/middleware/topics.hpp"
+#include "cycles.hpp"
 #include "heap.hpp"
 #include "master.hpp"
 #include "running.hpp"
@@ -277,6 +278,15 @@ TEST_F(Ros1Topics, AreOfThisComputerAlone) {
         ++count;
     }
     EXPECT_EQ(count, 2) << "for calls and for messages";
+}
+
+TEST_F(Ros1Topics, LeaveNothingBehindHoweverOftenTheyStart) {
+    middleware::test::expect_no_leak([] {
+        Running run(model(publish(", topic: /x, type: std_msgs/Float64") +
+                              subscribe(", topic: /y, type: std_msgs/Float64"),
+                          "u: p.data", "u: {}"));
+        ASSERT_TRUE(run.step()) << run.simulation.failure();
+    });
 }
 
 } // namespace bf::ros1::test

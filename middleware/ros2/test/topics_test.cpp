@@ -1,4 +1,5 @@
 // Messages of any type, to and from programs of ROS 2 that are not ours.
+#include "cycles.hpp"
 #include "heap.hpp"
 #include "models.hpp"
 #include "peer.hpp"
@@ -292,6 +293,15 @@ TEST_F(Ros2Streams, HaveTheTimeOfWhoeverSendsTheClock) {
     Running run(model("  t: {block: WholeBodyToolbox/NetworkClock}\n", "", "", ", use_sim_time: true"));
     EXPECT_TRUE(steps_until(run, [&] { return run.scalar("t.y") >= 110; })) << run.scalar("t.y");
     EXPECT_EQ(run.scalar("t.y"), std::floor(run.scalar("t.y")));
+}
+
+TEST_F(Ros2Topics, LeaveNothingBehindHoweverOftenTheyStart) {
+    middleware::test::expect_no_leak([] {
+        Running run(model(publish(", topic: /x, type: std_msgs/msg/Float64") +
+                              subscribe(", topic: /y, type: std_msgs/msg/Float64"),
+                          "u: p.data", "u: {}"));
+        ASSERT_TRUE(run.step()) << run.simulation.failure();
+    });
 }
 
 } // namespace bf::ros2::test

@@ -1,5 +1,6 @@
 // Robots that one program serves and another one drives.
 #include "bf/shared_memory/robot.hpp"
+#include "cycles.hpp"
 #include "heap.hpp"
 #include "served.hpp"
 
@@ -425,6 +426,17 @@ TEST(SharedMemoryRobot, CannotBeSaved) {
     } catch (const std::exception& error) {
         expect_contains(error.what(), "world: its state lives outside and cannot be saved");
     }
+}
+
+TEST(SharedMemoryRobot, LeavesNothingBehindHoweverOftenBothSidesStart) {
+    middleware::test::expect_no_leak([] {
+        Served served("cycles", diagram(icub + icub_world));
+        served.run();
+        Running remote(diagram(icub + icub_at("cycles") + controller("Torque"), wires));
+        for (int k = 0; k < 3; ++k) {
+            ASSERT_TRUE(remote.step()) << remote.simulation.failure();
+        }
+    });
 }
 
 } // namespace bf::shared_memory::test

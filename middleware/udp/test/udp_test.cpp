@@ -1,6 +1,7 @@
 // Robots and streams over UDP, on good ways and bad ones.
 #include "bad_way.hpp"
 #include "bf/udp/robot.hpp"
+#include "cycles.hpp"
 #include "heap.hpp"
 #include "packet.hpp"
 #include "served.hpp"
@@ -683,6 +684,17 @@ TEST(UdpStreams, RefuseWhatDoesNotFit) {
     expect_contains(refusal("model: m\nplugins: [Udp]\nstep: 0.01\nblocks:\n" + streams(free_port(), "") +
                             "  x: {block: WholeBodyToolbox/SimulatorSynchronizer}\n"),
                     "x: the simulator '/clock/rpc' cannot be stepped over UDP; use LocalStreams for that");
+}
+
+TEST(UdpRobot, LeavesNothingBehindHoweverOftenBothSidesStart) {
+    middleware::test::expect_no_leak([] {
+        Served served(27450);
+        served.run();
+        Running remote(diagram(icub + icub_at(27450) + controller("Torque"), wires));
+        for (int k = 0; k < 3; ++k) {
+            ASSERT_TRUE(remote.step()) << remote.simulation.failure();
+        }
+    });
 }
 
 } // namespace bf::udp::test

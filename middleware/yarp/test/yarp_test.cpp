@@ -1,6 +1,7 @@
 // Diagrams drive YARP's own pretended robot, in one program without a name server; the oracle is YARP's own
 // client of the same boards.
 #include "alone.hpp"
+#include "cycles.hpp"
 #include "heap.hpp"
 #include "running.hpp"
 
@@ -509,6 +510,24 @@ TEST_F(YarpStreams, StepASimulatorAndAreSteppedAsOne) {
     EXPECT_TRUE(waits_until([&] { return steps > before + 100; })) << "it runs freely again";
     goes_on = false;
     thread.join();
+}
+
+TEST_F(YarpRobot, LeavesNothingBehindHoweverOftenItStarts) {
+    Pretended pretended;
+    middleware::test::expect_no_leak([] {
+        Running run(driven("Position Direct"));
+        ASSERT_TRUE(run.step()) << run.simulation.failure();
+    });
+}
+
+TEST_F(YarpStreams, LeaveNothingBehindHoweverOftenTheyStart) {
+    Pretended pretended;
+    Sender sender("/sender");
+    middleware::test::expect_no_leak([&] {
+        Running run(reading(", stream: /sender"));
+        sender.send({4});
+        ASSERT_TRUE(run.step()) << run.simulation.failure();
+    });
 }
 
 } // namespace bf::yarp::test

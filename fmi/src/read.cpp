@@ -118,32 +118,12 @@ void Reader::read_start(Variable& v, const Element* its) {
 
 /// Attributes may stand at the declared type.
 void Reader::read_ticks(Variable& v, const Element* its, const Element* declared) const {
-    const auto of = [&](const char* name) { return declared && !its->Attribute(name) ? declared : its; };
-    const auto count = [&](const char* name) {
-        const double value = number(of(name), name).value_or(0);
-        if (!(value >= 0 && value < 9e15) || value != std::floor(value))
-            refuse(its, "'" + shown(v.name) + "': '" + name + "' must be a whole number from 0, but is " +
-                            number_text(value));
-        return static_cast<std::uint64_t>(value);
-    };
-    Ticks ticks;
-    needed(of("intervalVariability"), "intervalVariability");
-    ticks.kind = one_of(of("intervalVariability"), "intervalVariability", interval_names, ticks.kind);
-    ticks.interval = number(of("intervalDecimal"), "intervalDecimal");
-    ticks.shift = number(of("shiftDecimal"), "shiftDecimal").value_or(0);
-    ticks.resolution = count("resolution");
-    ticks.interval_count = count("intervalCounter");
-    ticks.shift_count = count("shiftCounter");
-    if (ticks.interval && !(*ticks.interval > 0 && std::isfinite(*ticks.interval)))
-        refuse(its, "the interval of '" + shown(v.name) + "' is " + number_text(*ticks.interval) +
-                        " s, but must be a number above 0" + section("", "2.2.9"));
-    if (!(ticks.shift >= 0 && std::isfinite(ticks.shift)))
-        refuse(its, "the shift of '" + shown(v.name) + "' is " + number_text(ticks.shift) +
-                        " s, but must be a number that is not below 0" + section("", "2.2.9"));
-    if (ticks.kind == Ticks::Kind::constant && !ticks.interval)
+    static_cast<void>(
+        needed(declared && !its->Attribute("intervalVariability") ? declared : its, "intervalVariability"));
+    v.ticks = ticks(its, declared, v.name);
+    if (v.ticks->kind == Ticks::Kind::constant && !v.ticks->interval)
         refuse(its, "'" + shown(v.name) + "' ticks at a constant interval, but has no intervalDecimal" +
                         section("", "2.4.4"));
-    v.ticks = ticks;
 }
 
 void Reader::read_variable(const Element* e, const Element* its) {

@@ -298,10 +298,17 @@ void SspReader::read_connectors(const XmlNode* e, SystemElement& to) const {
         Connector its{needed(c, "name")};
         static_cast<void>(needed(c, "kind"));
         its.kind = one_of(c, "kind", kinds, Causality::input);
-        for (const auto* type = c->FirstChildElement(); type && !its.type;
-             type = type->NextSiblingElement()) {
-            its.type = type_of_name(local(type));
-            if (its.type) its.unit = text(type, "unit");
+        for (const auto* part = c->FirstChildElement(); part; part = part->NextSiblingElement()) {
+            // The type of a clock has no name, the clock that a connector belongs to has one.
+            if (local(part) == "Clock" && part->Attribute("name")) {
+                its.clocks.push_back(needed(part, "name"));
+                continue;
+            }
+            if (its.type) continue;
+            its.type = type_of_name(local(part));
+            if (its.type) its.unit = text(part, "unit");
+            if (its.type == Type::clock && part->Attribute("intervalVariability"))
+                its.ticks = ticks(part, nullptr, its.name);
         }
         its.dimensions = dimensions(c);
         if (!names.insert(its.name).second)
@@ -309,6 +316,15 @@ void SspReader::read_connectors(const XmlNode* e, SystemElement& to) const {
                           "' (SSP 2.0, section 5.2.1)");
         to.connectors.push_back(std::move(its));
     });
+    std::set<std::string_view> clocks;
+    for (const auto& c : to.connectors)
+        if (c.type == Type::clock) clocks.insert(c.name);
+    for (const auto& c : to.connectors)
+        for (const auto& clock : c.clocks)
+            if (!clocks.contains(clock))
+                refuse(child(e, "Connectors"), "'" + shown(c.name) + "' has the clock '" + shown(clock) +
+                                                   "', which is no clock of '" + shown(to.name) +
+                                                   "' (SSP 2.0, section 5.2.1)");
 }
 
 /// One that gives a value to what is around it, or inside of a system.

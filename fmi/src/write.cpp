@@ -51,17 +51,6 @@ std::string of_type(const Variable& v, const std::string& standard_type, int der
     return text;
 }
 
-std::string of_clock(const Ticks& ticks) {
-    std::string text = attribute("intervalVariability", interval_names[static_cast<int>(ticks.kind)].first);
-    if (ticks.interval) text += attribute("intervalDecimal", xml_number(*ticks.interval));
-    if (ticks.shift != 0) text += attribute("shiftDecimal", xml_number(ticks.shift));
-    if (ticks.resolution == 0) return text;
-    return text + attribute("supportsFraction", "true") +
-           attribute("resolution", std::to_string(ticks.resolution)) +
-           attribute("intervalCounter", std::to_string(ticks.interval_count)) +
-           attribute("shiftCounter", std::to_string(ticks.shift_count));
-}
-
 std::string variable(const Description& d, const Variable& v) {
     std::string clocks;
     for (const int clock : v.clocks)
@@ -83,7 +72,7 @@ std::string variable(const Description& d, const Variable& v) {
             ? -1
             : static_cast<int>(d.variables[static_cast<std::size_t>(v.derivative_of)].reference);
     const std::string head = "    <" + type + common + optional_attribute("clocks", clocks) +
-                             (v.ticks ? of_clock(*v.ticks) : of_type(v, type, derivative));
+                             (v.ticks ? clock_attributes(*v.ticks) : of_type(v, type, derivative));
     if (v.dimensions.empty()) return head + "/>\n";
     std::string dimensions;
     for (std::size_t i = 0; i < v.dimensions.size(); ++i) {

@@ -129,9 +129,12 @@ class Writer {
         for (const auto& c : e.connectors) {
             text += indent + "  <ssd:Connector" + attribute("name", c.name) +
                     attribute("kind", causality_names[static_cast<int>(c.kind)].first) + ">";
-            if (c.type) text += "<ssc:" + type(*c.type) + optional_attribute("unit", c.unit) + "/>";
+            if (c.type)
+                text += "<ssc:" + type(*c.type) + optional_attribute("unit", c.unit) +
+                        (c.ticks ? clock_attributes(*c.ticks) : "") + "/>";
             for (const int size : c.dimensions)
                 text += "<ssc:Dimension" + attribute("size", std::to_string(size)) + "/>";
+            for (const auto& clock : c.clocks) text += "<ssd:Clock" + attribute("name", clock) + "/>";
             text += "</ssd:Connector>\n";
         }
         return text + indent + "</ssd:Connectors>\n";

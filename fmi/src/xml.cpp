@@ -24,6 +24,16 @@ std::string attribute(const char* name, const std::string& value) {
 std::string optional_attribute(const char* name, const std::string& value) {
     return value.empty() ? "" : attribute(name, value);
 }
+std::string clock_attributes(const Ticks& ticks) {
+    std::string text = attribute("intervalVariability", interval_names[static_cast<int>(ticks.kind)].first);
+    if (ticks.interval) text += attribute("intervalDecimal", xml_number(*ticks.interval));
+    if (ticks.shift != 0) text += attribute("shiftDecimal", xml_number(ticks.shift));
+    if (ticks.resolution == 0) return text;
+    return text + attribute("supportsFraction", "true") +
+           attribute("resolution", std::to_string(ticks.resolution)) +
+           attribute("intervalCounter", std::to_string(ticks.interval_count)) +
+           attribute("shiftCounter", std::to_string(ticks.shift_count));
+}
 
 const XmlNode* XmlReader::parse(tinyxml2::XMLDocument& to, const std::string& xml) const {
     if (xml.size() > description_limit)
@@ -54,6 +64,34 @@ bool XmlReader::truth(const XmlNode* e, const char* name, bool otherwise) const 
     if (value != "true" && value != "false" && value != "1" && value != "0")
         refuse(e, std::string("'") + name + "' is '" + shown(value) + "', but must be true or false");
     return value == "true" || value == "1";
+}
+
+Ticks XmlReader::ticks(const XmlNode* e, const XmlNode* declared, const std::string& name) const {
+    const std::string rule = " (FMI 3.0, section 2.2.9)";
+    const auto of = [&](const char* attribute) {
+        return declared && !e->Attribute(attribute) ? declared : e;
+    };
+    const auto count = [&](const char* attribute) {
+        const double value = number(of(attribute), attribute).value_or(0);
+        if (!(value >= 0 && value < 9e15) || value != std::floor(value))
+            refuse(e, "'" + shown(name) + "': '" + attribute + "' must be a whole number from 0, but is " +
+                          number_text(value));
+        return static_cast<std::uint64_t>(value);
+    };
+    Ticks its;
+    its.kind = one_of(of("intervalVariability"), "intervalVariability", interval_names, its.kind);
+    its.interval = number(of("intervalDecimal"), "intervalDecimal");
+    its.shift = number(of("shiftDecimal"), "shiftDecimal").value_or(0);
+    its.resolution = count("resolution");
+    its.interval_count = count("intervalCounter");
+    its.shift_count = count("shiftCounter");
+    if (its.interval && !(*its.interval > 0 && std::isfinite(*its.interval)))
+        refuse(e, "the interval of '" + shown(name) + "' is " + number_text(*its.interval) +
+                      " s, but must be a number above 0" + rule);
+    if (!(its.shift >= 0 && std::isfinite(its.shift)))
+        refuse(e, "the shift of '" + shown(name) + "' is " + number_text(its.shift) +
+                      " s, but must be a number that is not below 0" + rule);
+    return its;
 }
 
 double XmlReader::number(const XmlNode* e, const char* name, const std::string& value) const {

@@ -48,6 +48,8 @@ std::string xml_number(double x);
 std::string attribute(const char* name, const std::string& value);
 /// Nothing for an empty value.
 std::string optional_attribute(const char* name, const std::string& value);
+/// When a clock ticks, as FMI 3.0 and SSP 2.0 write it.
+std::string clock_attributes(const Ticks& ticks);
 
 /// One document of an archive. Messages name the archive, the document and the line.
 class XmlReader {
@@ -88,6 +90,8 @@ class XmlReader {
     UnitDefinition unit(const XmlNode* base) const;
     /// The words of a list.
     static std::vector<std::string> words(const std::string& list);
+    /// Of a clock of that name; what it does not say itself, its declared type may say.
+    Ticks ticks(const XmlNode* e, const XmlNode* declared, const std::string& name) const;
 
     std::string rule_of_attributes_, rule_of_choices_; ///< " (section of the standard)", in messages
 

@@ -176,6 +176,12 @@ TEST_F(Systems, AreTheSameWhenWrittenAndReadAgain) {
     its.units = {{"rad", {0, 0, 0, 0, 0, 0, 0, 1}}};
     for (auto& e : its.system.elements)
         for (auto& c : e.connectors) c.unit.clear();
+    Ticks ticks;
+    ticks.interval = 0.1;
+    ticks.shift = 0.05;
+    ticks.resolution = 20, ticks.interval_count = 2, ticks.shift_count = 1;
+    its.system.elements[0].connectors.push_back({"tick", Causality::input, Type::clock, {}, {}, ticks, {}});
+    its.system.elements[0].connectors[0].clocks = {"tick"};
     its.own = {{"step", "0.01"}};
     its.record = {"a.y", "b.<w>"};
     its.system.elements[0].place = Place{0, 1, 10, -5, 90};
@@ -190,6 +196,8 @@ TEST_F(Systems, AreTheSameWhenWrittenAndReadAgain) {
     EXPECT_EQ(to_ssd(again), text);
     EXPECT_EQ(to_ssv(again), to_ssv(its));
     EXPECT_EQ(again.record, its.record);
+    EXPECT_EQ(again.system.elements[0].find("tick")->ticks->shift_count, 1u);
+    EXPECT_EQ(again.system.elements[0].find("y")->type, Type::float64);
     EXPECT_EQ(again.system.elements[0].doc, its.system.elements[0].doc);
 }
 
@@ -200,6 +208,22 @@ TEST_F(Systems, AreWrittenAsTheFirstVersionWhereThatHasAll) {
     const std::string text = to_ssd(its);
     EXPECT_NE(text.find("version=\"1.0\""), std::string::npos) << text;
     EXPECT_NE(text.find("<ssc:Real unit=\"rad\"/>"), std::string::npos) << text;
+}
+
+TEST_F(Systems, KnowTheClockOfAConnectorFromTheTypeOfAClock) {
+    std::string text = document("");
+    const std::string type = "<ssc:Float64 unit=\"deg\"/>";
+    text.replace(text.find(type), type.size(), "<ssd:Clock name=\"tick\"/>");
+    EXPECT_EQ(refusal(text), "SystemStructure.ssd:1: 'y' has the clock 'tick', which is no clock of 'a' (SSP "
+                             "2.0, section 5.2.1)");
+    const std::string connectors = "<ssd:Connectors>";
+    text.replace(text.find(connectors), connectors.size(),
+                 connectors + "<ssd:Connector name=\"tick\" kind=\"input\"><ssc:Clock/></ssd:Connector>");
+    const auto its = read(text);
+    const auto* const y = its.system.elements[0].find("y");
+    EXPECT_FALSE(y->type);
+    EXPECT_EQ(y->clocks, std::vector<std::string>{"tick"});
+    EXPECT_EQ(its.system.elements[0].find("tick")->type, Type::clock);
 }
 
 TEST_F(Systems, AreRefusedWhereTheyContradictThemselves) {

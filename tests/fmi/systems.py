@@ -95,6 +95,19 @@ layout:
 record: [controller, drive.motor, drive.more, filter, integrator, vectors.*, reference, filter.scaled]
 """
 
+# A clocked FMU (clocked.yaml): its importer ticks it, wherever it stands.
+CLOCKED = """model: clocked
+plugins: [FMI]
+step: 0.01
+stop: 1
+solver: rk4
+inputs: [push, target]
+outputs: [command]
+blocks: {control: {block: KIND, fmu: control.fmu}}
+connections: {push: [control.push, control.rough, control.both], target: control.target, control.command: command}
+record: [control.*]
+"""
+
 
 def said(*command, code=1):
     result = subprocess.run([bf, *map(str, command)], capture_output=True, text=True, timeout=300)
@@ -233,6 +246,68 @@ with tempfile.TemporaryDirectory() as folder:
     assert count == 75 and largest == 0, (count, largest, first, names)
     print("a system of another tool is what its document says")
 
+    # Clocks are connectors of the system, and are ticked there.
+    run(bf, "export-fmu", pathlib.Path(__file__).with_name("clocked.yaml"), "--clocks", "-o", fmus / "control.fmu")
+    inputs.write_text("time,push,target\n" + "".join(f"{k / 100!r},{3 + k % 17},{k * 7 % 5}\n" for k in range(101)))
+    for kind in ("FMI/ModelExchange", "FMI/FMU, period: 0.01"):
+        clocked, ticked = folder / "clocked.yaml", folder / "clocked.ssp"
+        clocked.write_text(CLOCKED.replace("KIND", kind))
+        run(bf, "export-ssp", clocked, "-o", ticked, "--plugin-path", fmus)
+        expected = recorded(clocked, "--plugin-path", fmus, "--inputs", inputs)
+        assert len({values[-1][0] for values in expected["control.command"].values()}) > 15, expected["control.command"]
+        count, largest, first = compare(expected, recorded(ticked, "--inputs", inputs))
+        assert count > 500 and largest == 0, (kind, count, largest, first)
+        run(bf, "export-ssp", ticked, "-o", folder / "again.ssp")
+        with zipfile.ZipFile(ticked) as one, zipfile.ZipFile(folder / "again.ssp") as other_one:
+            with_clocks = one.read("SystemStructure.ssd").decode()
+            assert with_clocks == other_one.read("SystemStructure.ssd").decode()
+    assert re.findall('"(clock_[^"]*)" kind="input"><ssc:Clock ([^/]*)/>', with_clocks) == [
+        ("clock_50ms", 'intervalVariability="constant" intervalDecimal="0.05" supportsFraction="true" resolution="100" '
+                       'intervalCounter="5" shiftCounter="0"'),
+        ("clock_20ms_after_10ms", 'intervalVariability="constant" intervalDecimal="0.02" shiftDecimal="0.01" '
+                                  'supportsFraction="true" resolution="100" intervalCounter="2" shiftCounter="1"')], with_clocks
+    for of_connector in ('name="both" kind="input"><ssc:Float64/><ssd:Clock name="clock_50ms"/><ssd:Clock name="clock_20ms_after_10ms"/>',
+                         'name="command" kind="output"><ssc:Float64/><ssd:Clock name="clock_50ms"/>', 'name="push" kind="input"><ssc:Float64/>'):
+        assert f"<ssd:Connector {of_connector}</ssd:Connector>" in with_clocks, with_clocks
+    print(f"{count} numbers of a clocked FMU are the same in the system")
+
+    # Without our notes, and of an FMU that names no step, one is found to which all ticks belong. A clock of the system
+    # that is connected to one of an FMU ticks with it.
+    with zipfile.ZipFile(fmus / "control.fmu") as archive:
+        files = {name: archive.read(name) for name in archive.namelist()}
+    said_of_steps = re.compile(' (fixedInternalStepSize|stepSize)="[^"]*"')
+    files["modelDescription.xml"], n = said_of_steps.subn("", files["modelDescription.xml"].decode())
+    assert n > 0
+    with zipfile.ZipFile(folder / "control.fmu", "w") as archive:
+        for name, content in files.items():
+            archive.writestr(name, content)
+    plain = re.sub(r"<ssd:Annotations>.*?</ssd:Annotations>", "", with_clocks, flags=re.S)
+    assert plain.count("<ssd:Connectors>") == 2
+    plain = plain.replace("<ssd:Connectors>", '<ssd:Connectors><ssd:Connector name="tick" kind="input"><ssc:Clock '
+                          'intervalVariability="constant" intervalDecimal="0.05"/></ssd:Connector>', 1).replace(
+        "<ssd:Connections>", '<ssd:Connections><ssd:Connection startConnector="tick" endElement="control" endConnector="clock_50ms"/>', 1)
+    with_ticks = {"resources/control.fmu": (folder / "control.fmu").read_bytes()}
+    got = recorded(package(folder / "plain.ssp", plain, with_ticks), "--inputs", inputs)
+    expected = {name: values for name, values in expected.items() if name.startswith("control.")}
+    count, largest, first = compare(expected, got)
+    assert count == 500 and largest == 0, (count, largest, first)
+    assert all(got[name].keys() == values.keys() for name, values in expected.items()), "the step is another one"
+
+    def wrong(old, new):
+        assert plain.count(old) >= 1, old
+        return said("run", package(folder / "bad.ssp", plain.replace(old, new, 1), with_ticks))
+
+    assert ("the clock 'tick' ticks every 0.04 s from 0 s on, but by 'control.clock_50ms' every 0.05 s from 0 s on; give both the same "
+            "interval and shift" in wrong('intervalVariability="constant" intervalDecimal="0.05"/>', 'intervalVariability="constant" intervalDecimal="0.04"/>'))
+    assert "the clock 'control.clock_50ms' ticks every 0.1 s from 0 s on, but by resources/control.fmu every 0.05 s" in wrong(
+        'intervalDecimal="0.05" supports', 'intervalDecimal="0.1" supports')
+    assert "'target' and 'control.clock_50ms' are connected, of which one is a clock and the other none" in wrong(
+        'startConnector="tick"', 'startConnector="target"')
+    assert "'target' has the clock 'tack', which is no clock of 'control' (SSP 2.0, section 5.2.1)" in wrong(
+        '<ssd:Clock name="clock_50ms"/>', '<ssd:Clock name="tack"/>')
+    assert "the interval of 'tick' is -1 s, but must be a number above 0" in wrong('intervalDecimal="0.05"/>', 'intervalDecimal="-1"/>')
+    print("clocks of a system of another tool tick, and those that contradict each other are messages")
+
     # Hostile and broken packages.
     def refusal(document=foreign, files=resources):
         return said("run", package(folder / "bad.ssp", document, files))
@@ -263,7 +338,8 @@ with tempfile.TemporaryDirectory() as folder:
     if importlib.util.find_spec("pyssp_standard"):
         from lxml import etree
         schemas = pathlib.Path(importlib.util.find_spec("pyssp_standard").origin).parent / "resources/ssp2"
-        for name, schema, content in (("SystemStructure.ssd", "Description", document), ("parameters.ssv", "ParameterValues", values)):
+        for name, schema, content in (("SystemStructure.ssd", "Description", document), ("parameters.ssv", "ParameterValues", values),
+                                      ("clocked", "Description", with_clocks)):
             validator = etree.XMLSchema(etree.parse(schemas / f"SystemStructure{schema}.xsd"))
             validator.assertValid(etree.fromstring(content.encode()))
         print("it is valid by the schemas of SSP 2.0")

@@ -143,7 +143,7 @@ class SystemExporter {
         }
     }
     void add_connector(fmi::SystemElement& to, const fmi::Variable& v) {
-        fmi::Connector c{v.name, v.causality, v.type, {}, v.dimensions};
+        fmi::Connector c{v.name, v.causality, v.type, {}, v.dimensions, v.ticks};
         if (v.type == fmi::Type::enumeration) c.type.reset(); // whose items the model does not name
         if (v.type == fmi::Type::float64 || v.type == fmi::Type::float32) c.unit = unit_of(v.unit);
         to.connectors.push_back(std::move(c));
@@ -231,6 +231,7 @@ class SystemExporter {
         Names names;
         for (std::size_t i = 0; i < block_names.size(); ++i) {
             const auto& v = description.variables[i];
+            if (v.ticks && v.causality == fmi::Causality::input) add_connector(element, v);
             if (block_names[i].empty()) continue;
             if (v.causality == fmi::Causality::parameter) {
                 const int slot = resolution.find(block_names[i], bf::Role::parameter);
@@ -240,6 +241,9 @@ class SystemExporter {
             const bool is_input = v.causality == fmi::Causality::input;
             (is_input ? names.inputs : names.outputs)[block_names[i]] = v.name;
             add_connector(element, v);
+            for (const int clock : v.clocks)
+                element.connectors.back().clocks.push_back(
+                    description.variables[static_cast<std::size_t>(clock)].name);
             if (!is_input) show({n, resolution.find(block_names[i], bf::Role::output)}, path, block_names[i]);
         }
         if (names.outputs.size() == 1) known_.insert(path);

@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <map>
 #include <memory>
+#include <numeric>
 #include <set>
 
 namespace bf::tools {
@@ -44,6 +45,17 @@ std::string name_of(const std::string& wanted, std::set<std::string>& taken) {
     std::string unique = name;
     for (int i = 2; !taken.insert(unique).second; ++i) unique = name + "_" + std::to_string(i);
     return unique;
+}
+
+/// The longest time of which both are multiples, s: by Euclid's algorithm on whole nanoseconds. Of 0 and
+/// another it is the other; of those that are no whole nanoseconds the first.
+double common_measure(double a, double b) {
+    const auto is_counted = [](double x) {
+        return x < 9e9 && std::abs(x * 1e9 - std::round(x * 1e9)) <= 1e-6 * std::max(1.0, x);
+    };
+    if (a == 0 || b == 0) return a + b;
+    if (!is_counted(a) || !is_counted(b)) return a;
+    return static_cast<double>(std::gcd(std::llround(a * 1e9), std::llround(b * 1e9))) / 1e9;
 }
 
 class SystemModel {
@@ -88,11 +100,15 @@ class SystemModel {
                                     ? *d.co_simulation->internal_step
                                     : d.step.value_or(0);
             if (step > 0 && (step_ == 0 || step < step_)) step_ = step;
+            for (const auto& v : d.variables)
+                if (v.ticks && v.causality == fmi::Causality::input)
+                    for (const double time : {v.ticks->interval.value_or(0), v.ticks->shift})
+                        ticks_ = common_measure(ticks_, time);
         }
     }
 
-    /// Where nobody says how long a step is, it is the shortest that an FMU names, or a thousandth of the
-    /// run.
+    /// Where nobody says how long a step is, it is the shortest that an FMU names, shorter where clocks
+    /// would tick between such steps, or a thousandth of the run.
     void read_experiment() {
         if (its_.stop) model_.stop = of(*its_.stop);
         const auto own = [&](const char* name, std::optional<model::Expression>& to) {
@@ -103,6 +119,7 @@ class SystemModel {
         own("relative_tolerance", model_.relative_tolerance);
         own("absolute_tolerance", model_.absolute_tolerance);
         own("max_step", model_.max_step);
+        step_ = common_measure(step_, ticks_);
         if (step_ == 0) step_ = its_.stop.value_or(0) / 1000;
         if (!model_.step) model_.step = of(step_);
         if (its_.own.contains("algebraic_loops")) model_.algebraic_loops = model::AlgebraicLoops::solve;
@@ -169,6 +186,8 @@ class SystemModel {
     using Ends = std::map<std::string, model::Endpoint>;
     /// Some of the connectors in a system: those of its elements, and its own, whose element is "".
     using Connectors = std::set<std::pair<std::string, std::string>>;
+    /// Those that are clocks, and when they tick, where somebody says so.
+    using Clocks = std::map<std::pair<std::string, std::string>, std::optional<fmi::Ticks>>;
 
     /// Gives the system's own ends.
     Ends fill(const fmi::SystemElement& from, model::System& to, const std::string& path) {
@@ -176,7 +195,14 @@ class SystemModel {
         Connectors driven;
         for (const auto& wire : from.wires) driven.emplace(wire.to_element, wire.to);
         std::map<std::string, Ends> ends; // by element
+        Clocks clocks;
+        const auto add_clocks = [&](const std::string& element, const auto& connectors) {
+            for (const auto& c : connectors)
+                if (c.type == fmi::Type::clock) clocks[{element, c.name}] = c.ticks;
+        };
+        add_clocks("", from.connectors);
         for (const auto& c : from.connectors) {
+            if (c.type == fmi::Type::clock) continue;
             const bool is_input = c.kind == fmi::Causality::input;
             if (!is_input && c.kind != fmi::Causality::output) continue;
             if (!is_input && !driven.contains({"", c.name})) continue; // nothing gives it a value
@@ -188,20 +214,21 @@ class SystemModel {
             model::Block block{.name = name_of(element.name, names), .doc = element.doc};
             place(element, path + block.name);
             if (element.is_system) {
+                add_clocks(element.name, element.connectors);
                 block.system = std::make_unique<model::System>();
                 for (const auto& [connector, end] : fill(element, *block.system, path + block.name + "."))
                     ends[element.name][connector] = {block.name, end.port};
             } else {
-                fill_component(element, driven, block, to, names, ends[element.name]);
+                fill_component(element, driven, block, to, names, ends[element.name], clocks);
             }
             to.blocks.push_back(std::move(block));
         }
-        connect(from, to, path, names, ends);
+        connect(from, to, path, names, ends, clocks);
         return ends[""];
     }
 
     void fill_component(const fmi::SystemElement& from, const Connectors& driven, model::Block& block,
-                        model::System& system, std::set<std::string>& names, Ends& ends) {
+                        model::System& system, std::set<std::string>& names, Ends& ends, Clocks& clocks) {
         const auto& description = descriptions_.at(from.source);
         const auto kind = from.kind                   ? *from.kind
                           : description.co_simulation ? fmi::Kind::co_simulation
@@ -229,6 +256,13 @@ class SystemModel {
                 refuse("the connector '" + from.name + "." + c.name + "' has " + size_text(c.dimensions) +
                        " elements, but the variable of " + from.source + " has " + size_text(v.dimensions) +
                        " (SSP 2.0, section 5.2.1)");
+            if (c.type && (c.type == fmi::Type::clock) != (v.type == fmi::Type::clock))
+                refuse("one of the connector '" + from.name + "." + c.name + "' and the variable of " +
+                       from.source + " is a clock, and the other is none (SSP 2.0, section 5.2.1)");
+            if (v.type == fmi::Type::clock) {
+                if (c.ticks) agree(*c.ticks, v.ticks, from.name + "." + c.name, from.source);
+                clocks[{from.name, c.name}] = v.ticks;
+            }
             const std::string& port = block_names[found->second];
             if (!port.empty()) ends[c.name] = {block.name, port};
         }
@@ -253,6 +287,15 @@ class SystemModel {
                 system.blocks.push_back(std::move(constant));
             }
         }
+    }
+
+    /// Two that say when one clock ticks must say the same.
+    void agree(const fmi::Ticks& a, const std::optional<fmi::Ticks>& b, const std::string& of_a,
+               const std::string& of_b) const {
+        if (a.interval && b && b->interval && (*a.interval != *b->interval || a.shift != b->shift))
+            refuse("the clock '" + of_a + "' ticks every " + number_text(*a.interval) + " s from " +
+                   number_text(a.shift) + " s on, but by " + of_b + " every " + number_text(*b->interval) +
+                   " s from " + number_text(b->shift) + " s on; give both the same interval and shift");
     }
 
     /// What values of that type are, as far as one kind cannot be given for another.
@@ -301,7 +344,7 @@ class SystemModel {
     }
 
     void connect(const fmi::SystemElement& from, model::System& to, const std::string& path,
-                 std::set<std::string>& names, std::map<std::string, Ends>& ends) {
+                 std::set<std::string>& names, std::map<std::string, Ends>& ends, const Clocks& clocks) {
         Connectors parameters;
         const auto add_parameters = [&](const std::string& element, const auto& connectors) {
             for (const auto& c : connectors)
@@ -325,6 +368,7 @@ class SystemModel {
                 return found == its.end() ? nullptr : &found->second;
             };
             const auto *a = find(wire.from_element, wire.from), *b = find(wire.to_element, wire.to);
+            if (is_of_clocks(wire, path, clocks)) continue;
             if (parameters.contains({wire.to_element, wire.to})) {
                 if (wire.from_element.empty() && parameters.contains({"", wire.from}))
                     continue; // its value is given already
@@ -352,6 +396,25 @@ class SystemModel {
             if (std::all_of(bends.points.begin(), bends.points.end(), is_drawn))
                 model_.layout.wires.push_back(std::move(bends));
         }
+    }
+
+    /// One of clocks is no signal: blocks tick the periodic clocks of their FMUs by themselves.
+    bool is_of_clocks(const fmi::Wire& wire, const std::string& path, const Clocks& clocks) const {
+        const auto from = clocks.find({wire.from_element, wire.from}),
+                   to = clocks.find({wire.to_element, wire.to});
+        if (from == clocks.end() && to == clocks.end()) return false;
+        const std::string source =
+            path + (wire.from_element.empty() ? "" : wire.from_element + ".") + wire.from;
+        const std::string destination =
+            path + (wire.to_element.empty() ? "" : wire.to_element + ".") + wire.to;
+        if (from == clocks.end() || to == clocks.end())
+            refuse("'" + source + "' and '" + destination +
+                   "' are connected, of which one is a clock and the other none (SSP 2.0, section 5.3.2)");
+        if (!wire.from_element.empty())
+            refuse("'" + source + "' drives '" + destination +
+                   "', but is a clock that an FMU triggers, which no signal of a diagram does");
+        if (from->second) agree(*from->second, to->second, source, "'" + destination + "'");
+        return true;
     }
 
     static model::Point point(double x, double y) {
@@ -385,6 +448,7 @@ class SystemModel {
     std::map<std::string, fmi::Description> descriptions_;     ///< by source
     std::map<const fmi::SystemElement*, Receivers> receivers_; ///< by system
     double step_ = 0;                                          ///< the shortest that an FMU names, s
+    double ticks_ = 0; ///< of which all ticks of clocks are multiples, s
 };
 
 } // namespace

@@ -20,7 +20,9 @@ struct Connector {
     Causality kind = Causality::input;
     std::optional<Type> type = {};
     std::string unit = {};
-    std::vector<int> dimensions = {}; ///< none: one number; 0: not known
+    std::vector<int> dimensions = {};     ///< none: one number; 0: not known
+    std::optional<Ticks> ticks = {};      ///< of a clock, where the document says when
+    std::vector<std::string> clocks = {}; ///< of its element, in whose ticks alone it has values
 };
 
 /// y = factor x + offset.
@@ -85,7 +87,7 @@ struct SystemStructure {
 /// Reads SystemStructure.ssd in a folder, with the parameter sets and mappings that it names there; `package`
 /// is what messages call it. All is taken as hostile. Throws FmuError for what is no such document,
 /// contradicts itself, or is not known here: signal dictionaries, components that are no FMUs, indices of
-/// arrays, clocks.
+/// arrays.
 SystemStructure read_system(const std::filesystem::path& folder, const std::string& package);
 
 /// SystemStructure.ssd, of SSP 1.0 where all that is in it existed there; the values of its parameters are in

@@ -20,10 +20,6 @@ bool is_zero_block(const double* values) {
     return std::all_of(values, values + block, [](double v) { return v == 0; });
 }
 
-} // namespace
-
-namespace {
-
 /// Whole blocks of numbers, of which x - x is 0 if they are all finite.
 bool are_finite(const double* numbers, Eigen::Index count) {
     Block differences = {};

@@ -14,8 +14,8 @@ template <int lanes> class SlopesAlong {
     SlopesAlong() = default;
     double operator[](std::size_t i) const { return begin()[i]; }
     double& operator[](std::size_t i) { return begin()[i]; }
-    const double* begin() const { return low_.begin(); }
-    double* begin() { return low_.begin(); }
+    const double* begin() const { return reinterpret_cast<const double*>(this); }
+    double* begin() { return reinterpret_cast<double*>(this); }
     bool operator==(const SlopesAlong& b) const { return low_ == b.low_ && high_ == b.high_; }
     bool operator!=(const SlopesAlong& b) const { return !(*this == b); }
     SlopesAlong operator-() const { return {-low_, -high_}; }

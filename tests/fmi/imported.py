@@ -253,6 +253,15 @@ with tempfile.TemporaryDirectory() as folder:
         "'u' is parameter and continuous, which exclude each other (FMI 3.0, section 2.4.7)",
         "'y' has a start value, though it is calculated (FMI 3.0, section 2.4.7)",
         "'v' is missing among the outputs (FMI 3.0, section 2.4.8)"], found("--description-only")
+    odd()
+    with zipfile.ZipFile(fmus / "odd.fmu", "a") as archive:
+        archive.writestr("terminalsAndIcons/terminalsAndIcons.xml",
+                         '<fmiTerminalsAndIcons fmiVersion="3.0"><GraphicalRepresentation><Icon x1="0" y1="0" x2="9" y2="9"/>'
+                         '</GraphicalRepresentation><Terminals><Terminal name="t" matchingRule="bus"><TerminalMemberVariable '
+                         'variableName="gone" memberName="u" variableKind="signal"/></Terminal></Terminals></fmiTerminalsAndIcons>')
+    assert [line.strip().partition("terminalsAndIcons.xml:1: ")[2] for line in found("--description-only")[-2:]] == [
+        "there is no picture 'terminalsAndIcons/icon.png' beside it (FMI 3.0, section 2.4.9)",
+        "the terminal 't' has the variable 'gone', which the FMU has not (FMI 3.0, section 2.4.9)"], found("--description-only")
     left = {name for name in os.listdir(tempfile.gettempdir()) if name.startswith("bf_")} - before
     assert not {name for name in left if "odd" in name or "sides" in name}, left
     print("bad FMUs are messages, and leave nothing behind")

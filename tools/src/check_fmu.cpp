@@ -108,6 +108,12 @@ std::vector<std::string> let_run(const fs::path& file, double timeout) {
 void execute(const CheckFmuOptions& options) {
     const fmi::Description d = fmi::description_of(options.file);
     std::vector<std::string> problems = fmi::problems_of(d);
+    {
+        const fmi::TemporaryFolder folder("check");
+        fmi::extract(options.file, folder.path());
+        for (auto& problem : fmi::problems_of_terminals(folder.path(), options.file, d))
+            problems.push_back(std::move(problem));
+    }
     if (!options.runs_nothing) {
         const Waiting waiting("running " + options.file);
         for (auto& problem : let_run(options.file, options.timeout)) problems.push_back(std::move(problem));

@@ -258,9 +258,10 @@ void Reader::set_structure() {
         const auto is_structural = [](const Variable& v) {
             return v.causality == Causality::structural_parameter && v.type == Type::uint64;
         };
-        const auto found = std::find_if(d_.variables.begin(), d_.variables.end(), [&](const Variable& v) {
-            return v.name == name && is_structural(v);
-        });
+        const auto found =
+            std::find_if(d_.variables.begin(), d_.variables.end(), [&, &wanted = name](const Variable& v) {
+                return v.name == wanted && is_structural(v);
+            });
         if (found == d_.variables.end()) {
             std::string known;
             for (const auto& v : d_.variables)

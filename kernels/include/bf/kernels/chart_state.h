@@ -125,9 +125,11 @@ static int32_t chart_next_active(const chart_step *chart, int32_t from, int32_t 
 // in the document's order and left in the opposite one.
 static bool chart_is_out(const chart_step *chart, int32_t s)
 {
-    const bool is_concerned =
-        (chart->domain < 0) ? chart->wanted[s] : chart_is_below(chart, s, chart->domain);
-    return (chart->passing > 0) && (s > chart->passing) && is_concerned;
+    bool is_out = false;
+    if ((chart->passing > 0) && (s > chart->passing)) { // only then is it known what is wanted
+        is_out = (chart->domain < 0) ? chart->wanted[s] : chart_is_below(chart, s, chart->domain);
+    }
+    return is_out;
 }
 
 static bool chart_is_active(const chart_step *chart, int32_t state)

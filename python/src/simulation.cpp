@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <exception>
 #include <limits>
 
 namespace bf::python {
@@ -31,6 +32,21 @@ thread_local Pending* stepping = nullptr; ///< of the run that this thread is in
     PyErr_SetObject(type.ptr(), error.ptr());
     throw nb::python_error();
 }
+
+/// When an analysis fails, what a block in Python raised goes with it: the run has not failed.
+class Analysis {
+  public:
+    explicit Analysis(PythonRun& run) : run_(run) {}
+    ~Analysis() {
+        if (std::uncaught_exceptions() > before_) run_.pending.take();
+    }
+    Analysis(const Analysis&) = delete;
+    Analysis& operator=(const Analysis&) = delete;
+
+  private:
+    PythonRun& run_;
+    const int before_ = std::uncaught_exceptions();
+};
 
 /// Calls a function of Python when observers see a step.
 class PythonObserver final : public Run::Observer {
@@ -384,11 +400,17 @@ void bind_simulation(nb::module_& m) {
             [](PythonRun& self, const analysis::LinearizeOptions& options) {
                 const InUse use(self);
                 self.require_started();
+                const Analysis analysed(self);
                 const auto here = self.run.snapshot();
                 analysis::LinearSystem found;
                 {
                     const WithoutGil parallel;
-                    found = analysis::linearize(self.run, options);
+                    try {
+                        found = analysis::linearize(self.run, options);
+                    } catch (...) {
+                        self.run.restore(here);
+                        throw;
+                    }
                     self.run.restore(here);
                 }
                 self.pending.raise();
@@ -408,6 +430,7 @@ void bind_simulation(nb::module_& m) {
                                                         .over = at_end ? Over::end : Over::all,
                                                         .duration = duration,
                                                         .way = *its};
+                const Analysis analysed(self);
                 const WithoutGil parallel;
                 return analysis::gradient(self.run, options);
             },
@@ -424,6 +447,7 @@ void bind_simulation(nb::module_& m) {
                 for (const auto& [name, range] : bounds)
                     options.bounds.push_back({name, range.first, range.second});
                 analysis::TrimResult found;
+                const Analysis analysed(self);
                 {
                     const WithoutGil parallel;
                     found = analysis::trim(self.run, options);

@@ -210,3 +210,31 @@ def test_the_regulator_of_the_cart_pole_follows_from_its_own_diagram():
     tuned, cost = example["by_gradient"](-worse.at)
     assert cost == pytest.approx(least, rel=1e-5)
     np.testing.assert_allclose(tuned, K, rtol=1e-4)
+
+
+def test_a_block_that_raises_in_an_analysis_does_not_end_the_run():
+    raises = False
+
+    class Counter(bf.Block):
+        u = bf.Input(())
+        y = bf.Output(())
+        x = bf.DiscreteState(())
+
+        def output(self, at, out):
+            if raises:
+                raise ValueError("on purpose")
+            out.y = at.x
+
+        def update(self, at, next):
+            next.x = at.x + 1
+
+    m = bf.Model("m").add("c", "Constant", value=1.0).add("b", "python/Counter").connect("c", "b").set("", step=0.1)
+    for analyse in (lambda s: s.linearize("c", "b"), lambda s: s.gradient("c.value", cost="b", duration=0.5)):
+        sim = bf.load(m, blocks=[Counter]).simulate()
+        sim.step(2)
+        raises = True
+        with pytest.raises(bf.RunError, match="b: ValueError: on purpose"):
+            analyse(sim)
+        raises = False
+        sim.step()
+        assert sim["b"] == 2

@@ -22,6 +22,10 @@ class Hosted final : public ServedRobot {
     const std::string& name() const noexcept override { return end_->name(); }
     std::string take_news() override {
         if (RobotHost::Event event; host_.take_event(event)) return text_of(event);
+        if (end_->has_double() && !std::exchange(is_doubled_, true))
+            return "another program shows a robot of the same name, and controllers see both by turns; end "
+                   "it, or "
+                   "give one of them another name";
         if (end_->counts().rejected == 0 || std::exchange(is_strange_, true)) return "";
         return std::string("left out ") + end_->what_is_rejected() + "; so are those that follow";
     }
@@ -45,6 +49,7 @@ class Hosted final : public ServedRobot {
     const HostOptions options_;
     const std::unique_ptr<RobotEnd> end_;
     RobotHost host_;
+    bool is_doubled_ = false; ///< which was told, as the next
     bool is_strange_ = false; ///< something came that is not the controller's, and that was told
 };
 

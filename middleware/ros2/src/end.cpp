@@ -95,6 +95,7 @@ class States final : public Sender {
     }
 
     ExchangeBuffer newest;
+    const std::shared_ptr<Publisher>& joints() const { return joints_; }
 
   private:
     /// Of all that a state is sent to.
@@ -121,7 +122,8 @@ class States final : public Sender {
     std::shared_ptr<messages::Imu> imu_ = messages::make<messages::Imu>(messages::imu());
 };
 
-/// How many programs send commands, looked at in the thread of the node.
+/// How many programs send commands, looked at in the thread of the node, and whether another one sends states
+/// in the robot's place.
 class Watch final : public Sender {
   public:
     bool has_news() const noexcept override { return middleware::now() - last_ > 0.1; }
@@ -130,8 +132,11 @@ class Watch final : public Sender {
         int all = 0;
         for (const auto& each : topics) all += each->writers();
         writers = all;
+        is_doubled = states->others() > 0;
     }
     std::vector<std::shared_ptr<Subscription>> topics;
+    std::shared_ptr<Publisher> states;
+    std::atomic<bool> is_doubled{false};
     std::atomic<int> writers{0};
 
   private:
@@ -176,6 +181,7 @@ class End final : public middleware::RobotEnd {
                                 [this, joints = description.joints](const void* message) {
                                     take(*static_cast<const messages::Trajectory*>(message), joints);
                                 }));
+        watch_->states = states_->joints();
         node_.add(watch_);
         services_.push_back(
             messages::serve(node_, "~/step", [this](bool& is_done) { return step(is_done); }));
@@ -197,6 +203,7 @@ class End final : public middleware::RobotEnd {
         if (is_reset_.exchange(false)) ++resets_;
         steps_bell_.ring();
     }
+    bool has_double() const noexcept override { return watch_->is_doubled; }
     void show_gains(const double*) noexcept override {}
 
     /// In the thread of the steps.

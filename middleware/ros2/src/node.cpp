@@ -167,6 +167,11 @@ int Publisher::readers() const noexcept {
     ignore(rcl_publisher_get_subscription_count(&handle_, &count));
     return static_cast<int>(count);
 }
+int Publisher::others() const noexcept {
+    std::size_t count = 1;
+    ignore(rcl_count_publishers(&context_->node, rcl_publisher_get_topic_name(&handle_), &count));
+    return static_cast<int>(count) - 1;
+}
 
 Service::Service(std::shared_ptr<Context> context, const rosidl_service_type_support_t* support,
                  const std::string& name, std::shared_ptr<void> request, std::shared_ptr<void> response,

@@ -96,6 +96,7 @@ class Publisher {
     /// From any one thread that is no step.
     void publish(const void* message) noexcept;
     int readers() const noexcept;
+    int others() const noexcept; ///< publishers of the topic besides this one
 
   private:
     std::shared_ptr<Context> context_;

@@ -343,6 +343,33 @@ TEST_F(Ros2Served, TellsWhatItHasLeftOut) {
                     "it cannot follow; so are those that follow");
 }
 
+TEST_F(Ros2Served, TellsOfAnotherRobotOfItsName) {
+    Served served(end_in("/other", true), diagram(icub + icub_world));
+    const auto show = [&] {
+        auto shown = middleware::make_served_robot("world",
+                                                   {.path = "world",
+                                                    .is_alone = true,
+                                                    .device = *served.device,
+                                                    .robot = *served.robot,
+                                                    .options = {},
+                                                    .host = {}},
+                                                   end_in("/icub", true));
+        shown->start(0.001);
+        return shown;
+    };
+    const auto one = show();
+    usleep(500'000);
+    EXPECT_EQ(one->take_news(), "") << "it is alone";
+    const auto other = show();
+    for (const auto& each : {one.get(), other.get()}) {
+        std::string news;
+        for (int k = 0; k < 1000 && news.empty(); ++k, usleep(10'000)) news = each->take_news();
+        EXPECT_EQ(news,
+                  "another program shows a robot of the same name, and controllers see both by turns; end "
+                  "it, or give one of them another name");
+    }
+}
+
 TEST_F(Ros2Served, IsSteppedByItsService) {
     if (!Peer::is_there()) GTEST_SKIP() << "there is no rclpy";
     Served served(end_in("/icub", true), diagram(icub + icub_world));

@@ -263,15 +263,16 @@ TEST_F(Ros2Topics, StayForThoseWhoComeLater) {
     EXPECT_EQ(later.scalar("s.data"), 5);
 }
 
-TEST_F(Ros2Topics, BeginAndEndManyTimes) {
-    for (int k = 0; k < 10; ++k) {
+TEST_F(Ros2Topics, LeaveNothingBehindHoweverOftenTheyStart) {
+    int k = 0;
+    middleware::test::expect_no_leak([&] {
         Running run(model(publish(", topic: x") + subscribe(", topic: x"), "u: p", "u: {}"));
-        run.set("u", k);
+        run.set("u", ++k);
         EXPECT_TRUE(steps_until(run, [&] { return run.scalar("s.received") > 0; }))
             << run.simulation.failure();
         EXPECT_EQ(run.scalar("s.data"), k);
         run.simulation.stop();
-    }
+    });
 }
 
 TEST_F(Ros2Streams, AreTopicsOfNumbers) {
@@ -293,15 +294,6 @@ TEST_F(Ros2Streams, HaveTheTimeOfWhoeverSendsTheClock) {
     Running run(model("  t: {block: WholeBodyToolbox/NetworkClock}\n", "", "", ", use_sim_time: true"));
     EXPECT_TRUE(steps_until(run, [&] { return run.scalar("t.y") >= 110; })) << run.scalar("t.y");
     EXPECT_EQ(run.scalar("t.y"), std::floor(run.scalar("t.y")));
-}
-
-TEST_F(Ros2Topics, LeaveNothingBehindHoweverOftenTheyStart) {
-    middleware::test::expect_no_leak([] {
-        Running run(model(publish(", topic: /x, type: std_msgs/msg/Float64") +
-                              subscribe(", topic: /y, type: std_msgs/msg/Float64"),
-                          "u: p.data", "u: {}"));
-        ASSERT_TRUE(run.step()) << run.simulation.failure();
-    });
 }
 
 } // namespace bf::ros2::test

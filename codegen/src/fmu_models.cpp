@@ -108,11 +108,11 @@ class CommonVariables {
                 row.replace(at, setting.size(), "FmuSetting::none");
         return row;
     }
-    /// What nobody has to know is left out, or model exchange with it; all else must be as FMI wants it.
+    /// What nobody has to know is left out, or model exchange with it; ports must be as FMI wants them.
     void leave_out(const FmuVariable& v, const std::string& why) {
         if (is_of_solver(v.role))
             code_.has_model_exchange = false;
-        else if (v.role != FmuVariable::Role::signal && v.role != FmuVariable::Role::calculated)
+        else if (v.role == FmuVariable::Role::input || v.role == FmuVariable::Role::output)
             refuse("'" + v.name + "' " + why);
     }
     bool is_in_all(const FmuVariable& v) {

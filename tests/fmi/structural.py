@@ -205,7 +205,8 @@ with tempfile.TemporaryDirectory() as temporary:
     # What has no such description.
     export = ["export-fmu", model, "-o", folder / "no.fmu"]
     assert "FMI 2.0 has no structural parameters; leave --fmi 2" in refusal(*export, "--fmi", "2", "--structural", "n=1:2")
-    assert "the model has no variable 'N'" in refusal(*export, "--structural", "N=1:2")
+    assert "the model has no variable 'N'; did you mean 'n'?; a variable that decides sizes" in refusal(*export, "--structural", "N=1:2")
+    assert "'n' is given twice; give all its values at once" in refusal(*export, "--structural", "n=1", "--structural", "n=2")
     assert "'n' must be whole numbers from 1, but is 0" in refusal(*export, "--structural", "n=0:2")
     assert "'n' must be whole numbers from 1, but is 1.5" in refusal(*export, "--structural", "n=[1 1.5]")
     assert "have 70 combinations" in refusal(*export, "--structural", "n=1:35", "--structural", "m=1:2")
@@ -214,6 +215,10 @@ with tempfile.TemporaryDirectory() as temporary:
     model.write_text(MODEL.replace('K: "ones(m,n)"', 'K: "ones(2*n,n)"'))
     text = refusal(*export, "--structural", "n=1:2")
     assert "'pairs' has as many rows as no structural parameter says (2 where n = 1, 4 where n = 2)" in text, text
+    # Parameters and signals of such sizes are left out.
+    model.write_text(MODEL.replace("  sum:", '  wide: {block: Constant, value: "ones(2*n,1)"}\n  sum:').replace("[x]", "[x, wide]"))
+    run(bf, *export, "--structural", "n=1:2")
+    assert not [v.name for v in fmpy.read_model_description(str(folder / "no.fmu")).modelVariables if "wide" in v.name]
     # Guards of another size leave model exchange out.
     model.write_text(MODEL.replace("block: Integrator", "block: LimitedIntegrator, lower: -5, upper: 5"))
     run(bf, *export, "--structural", "n=1:2")

@@ -391,12 +391,20 @@ std::vector<FmuVariant> variants_of(const ModelOptions& model, const FmuOptions&
     const auto own = std::move(variants.front().loaded);
     variants.clear();
     std::vector<std::uint64_t> own_values;
+    std::vector<std::string> known;
+    for (const auto& d : own.diagram.definitions)
+        if (d.kind == Definition::Kind::variable) known.push_back(d.path);
     for (const auto& axis : axes) {
+        if (std::ranges::count(axes, axis.name, &Axis::name) > 1)
+            throw CommandError("--structural: '" + axis.name +
+                               "' is given twice; give all its values at once");
         const auto its = std::ranges::find_if(own.diagram.definitions, [&](const Definition& d) {
             return d.kind == Definition::Kind::variable && d.path == axis.name;
         });
         if (its == own.diagram.definitions.end())
-            throw CommandError("--structural: the model has no variable '" + axis.name + "'");
+            throw CommandError("--structural: the model has no variable '" + axis.name + "'" +
+                               did_you_mean(axis.name, known) +
+                               "; a variable that decides sizes becomes a structural parameter");
         own_values.push_back(
             its->value.is_scalar() ? static_cast<std::uint64_t>(std::max(0.0, its->value.scalar())) : 0);
     }

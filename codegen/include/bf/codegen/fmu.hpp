@@ -82,10 +82,10 @@ struct FmuModel {
 
 /// An FMU of FMI 2.0 or 3.0, whose code is that of generate(): of one model, or of one for each combination
 /// of values of structural parameters, the first of which is that of the description. A size is then constant
-/// or one of these parameters. Signals that are not in all models are left out, as is model exchange where
-/// its states or guards have other sizes; parameters that follow from structural ones are calculated. Throws
-/// GenerationError for diagrams that generate() refuses, for names of two variables that are one, and for
-/// inputs, outputs and parameters that are not in all models or have other sizes.
+/// or one of these parameters. Signals and parameters that are not in all models or have other sizes are left
+/// out, as is model exchange where its states or guards are such; parameters that follow from structural ones
+/// are calculated. Throws GenerationError for diagrams that generate() refuses, for names of two variables
+/// that are one, and for inputs and outputs that are not in all models or have other sizes.
 FmuCode generate_fmu(const std::vector<FmuModel>& models, const FmuChoice& choice);
 
 } // namespace bf::codegen

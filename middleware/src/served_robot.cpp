@@ -24,8 +24,7 @@ class Hosted final : public ServedRobot {
         if (RobotHost::Event event; host_.take_event(event)) return text_of(event);
         if (end_->has_double() && !std::exchange(is_doubled_, true))
             return "another program shows a robot of the same name, and controllers see both by turns; end "
-                   "it, or "
-                   "give one of them another name";
+                   "it, or give one of them another name";
         if (end_->counts().rejected == 0 || std::exchange(is_strange_, true)) return "";
         return std::string("left out ") + end_->what_is_rejected() + "; so are those that follow";
     }

@@ -205,7 +205,7 @@ with tempfile.TemporaryDirectory() as temporary:
     # What has no such description.
     export = ["export-fmu", model, "-o", folder / "no.fmu"]
     assert "FMI 2.0 has no structural parameters; leave --fmi 2" in refusal(*export, "--fmi", "2", "--structural", "n=1:2")
-    assert "the model has no variable 'N'; a variable that decides sizes" in refusal(*export, "--structural", "N=1:2")
+    assert "the model has no variable 'size'; a variable that decides sizes" in refusal(*export, "--structural", "size=1:2")
     assert "'n' is given twice; give all its values at once" in refusal(*export, "--structural", "n=1", "--structural", "n=2")
     assert "'n' must be whole numbers from 1, but is 0" in refusal(*export, "--structural", "n=0:2")
     assert "'n' must be whole numbers from 1, but is 1.5" in refusal(*export, "--structural", "n=[1 1.5]")

@@ -38,9 +38,9 @@ class RobotEnd {
     virtual Counts counts() const noexcept { return {}; }
     /// What it counts as rejected, in a sentence that begins with "left out".
     virtual const char* what_is_rejected() const noexcept { return "a message that is not for it"; }
-    /// How users call it, such as "robot 'icub' in shared memory".
     /// Does another program show a robot of the same name, where nobody can be kept from it?
     virtual bool has_double() const noexcept { return false; }
+    /// How users call it, such as "robot 'icub' in shared memory".
     virtual const std::string& name() const noexcept = 0;
 };
 

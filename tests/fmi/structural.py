@@ -216,7 +216,7 @@ with tempfile.TemporaryDirectory() as temporary:
     text = refusal(*export, "--structural", "n=1:2")
     assert "'pairs' has as many rows as no structural parameter says (2 where n = 1, 4 where n = 2)" in text, text
     # Parameters and signals of such sizes are left out.
-    model.write_text(MODEL.replace("  sum:", '  wide: {block: Constant, value: "ones(2*n,1)"}\n  sum:').replace("[x]", "[x, wide]"))
+    model.write_text(MODEL.replace("  sum: {", '  wide: {block: Constant, value: "ones(2*n,1)"}\n  sum: {').replace("[x]", "[x, wide]"))
     run(bf, *export, "--structural", "n=1:2")
     assert not [v.name for v in fmpy.read_model_description(str(folder / "no.fmu")).modelVariables if "wide" in v.name]
     # Guards of another size leave model exchange out.

@@ -24,8 +24,9 @@ class OneGain {
     static constexpr int per_decade = 20, decades = 6;
 
     struct Tried {
-        bool is_good = false; ///< stable, and |L| = 1 somewhere
+        bool is_stable = false;
         Margins margins = {};
+        bool crosses() const { return is_stable && margins.gain_crossover > 0; } ///< is |L| = 1 somewhere?
         double overshoot = NAN;
     };
 
@@ -72,8 +73,8 @@ class OneGain {
             const auto& loop = system(size);
             if (is_nothing(loop) || !are_stable(poles(closed(loop)), loop.period)) return its;
             its.margins = margins(loop);
-            its.is_good = its.margins.gain_crossover > 0;
-            if (its.is_good && asked_.overshoot) its.overshoot = step_response(closed(loop), 0, 0).overshoot;
+            if (asked_.overshoot) its.overshoot = step_response(closed(loop), 0, 0).overshoot;
+            its.is_stable = true;
         } catch (const Interrupted&) {
             throw;
         } catch (const RunError&) { // limits of what follows from it, or a loop without delay
@@ -94,7 +95,7 @@ class OneGain {
     double miss(double size) {
         if (!is_by_crossover()) {
             const auto& its = tried(size);
-            return its.is_good ? std::log(its.margins.bandwidth / asked_.bandwidth) : NAN;
+            return its.is_stable ? std::log(its.margins.bandwidth / asked_.bandwidth) : NAN;
         }
         try {
             const double above = std::log(std::abs(Reduced(system(size), 0, 0)(asked_.crossover)));
@@ -163,7 +164,7 @@ class OneGain {
         // Of several the one that is farthest from the limit of stability.
         double best = NAN;
         for (const double size : found)
-            if (tried(size).is_good &&
+            if (tried(size).is_stable &&
                 (std::isnan(best) || tried(size).margins.phase > tried(best).margins.phase))
                 best = size;
         if (std::isnan(best)) refuse_speed(found.empty());
@@ -179,7 +180,7 @@ class OneGain {
     [[noreturn]] void refuse_speed(bool has_none) {
         const auto does = [&](double size) {
             const auto& its = tried(size);
-            return its.is_good && std::isfinite(speed_of(its));
+            return its.is_stable && speed_of(its) > 0 && std::isfinite(speed_of(its));
         };
         Ends all;
         const auto see = [&](double size, bool is_open) {
@@ -212,7 +213,7 @@ class OneGain {
     double phase_margin() const { return asked_.phase_margin.value_or(asked_.overshoot ? 0.0 : 60.0); }
     bool fits(double size) {
         const auto& its = tried(size);
-        return its.is_good && its.margins.phase >= phase_margin() &&
+        return its.is_stable && its.margins.phase >= phase_margin() &&
                (!asked_.overshoot || its.overshoot <= *asked_.overshoot) &&
                has_gain_margin(its.margins, asked_.gain_margin);
     }
@@ -223,14 +224,17 @@ class OneGain {
                (asked_.overshoot && *asked_.overshoot - its.overshoot < 1e-4 * *asked_.overshoot) ||
                (asked_.gain_margin > 0 && gain_margin(its.margins) - asked_.gain_margin < 1e-4);
     }
+    /// Loops that cross 1 are faster than those whose |L| stays below.
+    static bool is_faster(const Margins& one, const Margins& other) {
+        if (one.gain_crossover != other.gain_crossover) return one.gain_crossover > other.gain_crossover;
+        return std::isfinite(one.bandwidth) && !(one.bandwidth <= other.bandwidth);
+    }
     /// Where all is just met, or, where it has more than that all over its limits, the fastest loop.
     double by_margins() {
         const auto does = [&](double size) { return fits(size); };
         double best = NAN, within = NAN;
         const auto see = [&](double& fastest, double size) {
-            if (std::isnan(fastest) ||
-                tried(size).margins.gain_crossover > tried(fastest).margins.gain_crossover)
-                fastest = size;
+            if (std::isnan(fastest) || is_faster(tried(size).margins, tried(fastest).margins)) fastest = size;
         };
         for (std::size_t k = 0; k < row_.size(); ++k) {
             if (!fits(row_[k])) continue;
@@ -275,14 +279,17 @@ class OneGain {
         return text;
     }
     [[noreturn]] void refuse_endless(std::size_t end) {
+        if (!tried(row_[end]).crosses())
+            throw RunError("every value of '" + loop_.name(0) + "' " + values_text() + " gives " +
+                           asked_text() +
+                           ", as |L| stays below 1, so that none is the fastest; ask for a bandwidth");
         const bool is_up = end > 0;
         std::size_t first = end;
+        const auto does = [&](double size) { return tried(size).crosses() && fits(size); };
         const auto next = [&] { return is_up ? first - 1 : first + 1; };
-        while (next() < row_.size() && fits(row_[next()])) first = next();
+        while (next() < row_.size() && does(row_[next()])) first = next();
         const std::size_t outside = next();
-        const double from = outside < row_.size()
-                                ? border(row_[first], row_[outside], [&](double size) { return fits(size); })
-                                : row_[first];
+        const double from = outside < row_.size() ? border(row_[first], row_[outside], does) : row_[first];
         throw RunError("every value of '" + loop_.name(0) + "' from " + value_text(from) +
                        (is_up ? " up" : " down") + " gives " + asked_text() + ", at " +
                        short_text(tried(from).margins.gain_crossover) + " rad/s and faster, so that " +
@@ -297,7 +304,7 @@ class OneGain {
             if (!is_asked || !can.empty()) return;
             const auto value = [&](double size) {
                 const auto& its = tried(size);
-                return its.is_good ? of(its) : -INFINITY;
+                return its.is_stable ? of(its) : -INFINITY;
             };
             const auto best = static_cast<std::size_t>(
                 std::max_element(row_.begin(), row_.end(),
@@ -322,11 +329,10 @@ class OneGain {
         limit("greatest gain margin is", "dB", asked_.gain_margin > 0, asked_.gain_margin,
               [](const Tried& one) { return gain_margin(one.margins); });
         const bool is_any =
-            std::any_of(row_.begin(), row_.end(), [&](double size) { return tried(size).is_good; });
+            std::any_of(row_.begin(), row_.end(), [&](double size) { return tried(size).is_stable; });
         if (can.empty())
             can = is_any ? ": each of it can be had, but not all at once"
-                         : ": with all " + values_text() +
-                               " the closed loop is unstable, or its gain is nowhere 1";
+                         : ": with all " + values_text() + " the closed loop is unstable";
         throw RunError(begin + can + end);
     }
 

@@ -228,6 +228,22 @@ TEST(TuneLoop, OneGainHasNeitherAnEndlessSpeedNorAnEndlessSwing) {
     EXPECT_NE(swinging.find("would swing on for ever at 1 rad/s"), std::string::npos) << swinging;
 }
 
+TEST(TuneLoop, OneGainMayLeaveTheLoopsGainBelowOneEverywhere) {
+    // k/(s² + s + 1) closed has s² + s + 1 + k: with ζ = 1/(2 √(1 + k)) it oversteps by exp(-π ζ/√(1 - ζ²)).
+    const auto overshoot = [](double k) { return 100 * std::exp(-half_turn / std::sqrt(3 + 4 * k)); };
+    const std::string swing = loop_of("numerator: 1, denominator: \"[1 1 1]\"", "P: 5, I: 0");
+    EXPECT_NEAR(tuned(swing, {.loop = "pid", .by = {"pid.P"}, .overshoot = overshoot(0.2)}).gains[0].after,
+                0.2, 1e-4);
+    // k/(s + 1) closed has its pole, and so its bandwidth, at 1 + k.
+    const std::string lag = loop_of("numerator: 1, denominator: \"[1 1]\"", "P: 5, I: 0");
+    EXPECT_NEAR(tuned(lag, {.loop = "pid", .by = {"pid.P"}, .bandwidth = 1.5}).gains[0].after, 0.5, 1e-6);
+    // k/(s + 1)³ is stable up to k = 8.
+    const std::string lags = loop_of("numerator: 1, denominator: \"[1 3 3 1]\"", "P: 5, I: 0");
+    EXPECT_NEAR(
+        tuned(lags, {.loop = "pid", .by = {"pid.P"}, .phase_margin = 60, .gain_margin = 20}).gains[0].after,
+        0.8, 1e-4);
+}
+
 TEST(TuneLoop, SaysWhatCannotBeReachedAndWhatCan) {
     const auto expect = [](const std::string& refusal, const std::string& part) {
         EXPECT_NE(refusal.find(part), std::string::npos) << part << "\n" << refusal;

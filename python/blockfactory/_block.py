@@ -152,6 +152,11 @@ class At:
     def __getattr__(self, name: str) -> NDArray[Any]:
         raise AttributeError(f"the block has no '{name}'; it has {', '.join(self.__dict__)}")
 
+    def __setattr__(self, name: str, value: Any) -> None:
+        raise AttributeError(
+            f"'{name}' is read here; write outputs by out, states by next, rate and after, what else lasts by self"
+        )
+
 
 class Writer:
     """What a block writes: out.y = value, for all elements at once or of its shape, or out.y[2] = value."""

@@ -280,10 +280,10 @@ class PythonBlock final : public Block {
         if (!copies.at) make(copies);
         for (std::size_t i = 0; i < ports_.size(); ++i)
             std::memcpy(copies.data[i], ports_[i].now(at), bytes_of(ports_[i]));
-        const nb::handle words = **copies.at;
-        words.attr("time") = at.time();
-        words.attr("period") = at.period();
-        words.attr("step") = at.step();
+        nb::dict words = nb::cast<nb::dict>((**copies.at).attr("__dict__"));
+        words["time"] = at.time();
+        words["period"] = at.period();
+        words["step"] = at.step();
     }
     void make(Copies& copies) const {
         const nb::object numpy = nb::module_::import_("numpy"),

@@ -145,6 +145,10 @@ def writes_input(self, at, out):
     at.u[0] = 3
 
 
+def replaces_input(self, at, out):
+    at.u = 3
+
+
 def unknown_input(self, at, out):
     out.y = at.v
 
@@ -157,6 +161,7 @@ def unknown_input(self, at, out):
         (text, "b: ValueError: 'y' has shape"),
         (unknown, "b: AttributeError: here is no 'z' to write; there is y"),
         (writes_input, "b: ValueError: .*read-only"),
+        (replaces_input, "b: AttributeError: 'u' is read here; write outputs by out, states by next"),
         (unknown_input, "b: AttributeError: the block has no 'v'; it has u, y"),
     ],
 )

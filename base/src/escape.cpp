@@ -193,6 +193,22 @@ std::string markdown_code(std::string_view text) {
     return fence + (needs_room ? " " + inside + " " : inside) + fence;
 }
 
+std::string uri(std::string_view path) {
+    constexpr std::string_view digits = "0123456789ABCDEF";
+    std::string text;
+    for (const char c : path) {
+        const auto byte = static_cast<unsigned char>(c);
+        const bool is_plain = (byte >= 'a' && byte <= 'z') || (byte >= 'A' && byte <= 'Z') ||
+                              (byte >= '0' && byte <= '9') ||
+                              std::string_view("-._~/").find(c) != std::string_view::npos;
+        if (is_plain)
+            text += c;
+        else
+            (text += '%') += {digits[byte >> 4u], digits[byte & 15u]};
+    }
+    return text;
+}
+
 std::string file_name(std::string_view text) {
     std::string result;
     for_each_character(text, [&](const Character& character) {

@@ -97,6 +97,18 @@ TEST(Escape, GivesPythonAndJsonTheTextBack) {
     std::filesystem::remove_all(at);
 }
 
+TEST(Escape, GivesReadersOfUrisThePathBack) {
+    const std::string at = folder();
+    for (const auto& text : hostile) {
+        std::ofstream(at + "/x.py") << "import sys, urllib.parse\nsys.stdout.buffer.write("
+                                       "urllib.parse.unquote_to_bytes('" +
+                                           escape::uri(text) + "'))\n";
+        EXPECT_EQ(output_of(std::string(BF_PYTHON) + " -I " + at + "/x.py"), text);
+    }
+    EXPECT_EQ(escape::uri("/tmp/a b_%41.fmu/ö"), "/tmp/a%20b_%2541.fmu/%C3%B6");
+    std::filesystem::remove_all(at);
+}
+
 TEST(Escape, GivesAShellAndCMakeTheTextBack) {
     const std::string at = folder();
     for (const auto& text : hostile) {

@@ -111,9 +111,9 @@ LocalInstance::LocalInstance(const Library& library, const std::string& name, Lo
     if (d.version == 2) {
         callbacks_->of_2 = {reinterpret_cast<decltype(fmi2CallbackFunctions::logger)>(&LocalInstance::log_2),
                             std::calloc, std::free, nullptr, this};
-        instance_ =
-            f_.fmi2Instantiate(name_.c_str(), steps ? fmi2CoSimulation : fmi2ModelExchange, token_.c_str(),
-                               ("file://" + resources).c_str(), &callbacks_->of_2, false, is_logging);
+        instance_ = f_.fmi2Instantiate(name_.c_str(), steps ? fmi2CoSimulation : fmi2ModelExchange,
+                                       token_.c_str(), ("file://" + escape::uri(resources)).c_str(),
+                                       &callbacks_->of_2, false, is_logging);
     } else {
         const std::string path = resources + "/";
         const auto to_log = [](void* self, fmi3Status status, const char* category, const char* text) {

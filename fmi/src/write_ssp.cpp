@@ -28,22 +28,6 @@ bool is_of_1(const SystemElement& e) {
     return std::all_of(e.elements.begin(), e.elements.end(), is_of_1);
 }
 
-/// A path as a reference: all but plain letters as codes.
-std::string uri_of(const std::string& path) {
-    std::string uri;
-    for (const char c : path) {
-        const auto byte = static_cast<unsigned char>(c);
-        const bool is_plain = (byte >= 'a' && byte <= 'z') || (byte >= 'A' && byte <= 'Z') ||
-                              (byte >= '0' && byte <= '9') ||
-                              std::string_view("-._~/").find(c) != std::string_view::npos;
-        if (is_plain)
-            uri += c;
-        else
-            (uri += '%') += {"0123456789ABCDEF"[byte >> 4u], "0123456789ABCDEF"[byte & 15u]};
-    }
-    return uri;
-}
-
 std::string list_of(const std::vector<double>& values) {
     std::string text;
     for (const double x : values) text += (text.empty() ? "" : " ") + xml_number(x);
@@ -145,8 +129,8 @@ class Writer {
         std::string text =
             indent + "<" + name + optional_attribute("description", e.doc) + attribute("name", e.name);
         if (!e.is_system) {
-            text +=
-                attribute("type", "application/x-fmu-sharedlibrary") + attribute("source", uri_of(e.source));
+            text += attribute("type", "application/x-fmu-sharedlibrary") +
+                    attribute("source", escape::uri(e.source));
             if (e.kind)
                 text += attribute("implementation",
                                   *e.kind == Kind::co_simulation ? "CoSimulation" : "ModelExchange");

@@ -28,6 +28,9 @@ std::string shell(std::string_view text);
 /// A quoted argument of CMake.
 std::string cmake(std::string_view text);
 
+/// The path of a URI (RFC 3986): slashes stay, all but unreserved characters become codes of their bytes.
+std::string uri(std::string_view path);
+
 /// A string of gnuplot: between single quotes nothing is substituted.
 std::string gnuplot(std::string_view text);
 

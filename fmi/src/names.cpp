@@ -26,7 +26,8 @@ std::vector<std::string> block_names(const Description& d, Kind kind) {
             else if (!name.empty() && name.back() != '_')
                 name += '_';
         }
-        while (!name.empty() && name.back() == '_') name.pop_back();
+        if (!v.name.ends_with('_'))
+            while (!name.empty() && name.back() == '_') name.pop_back();
         if (name.empty() || std::isdigit(static_cast<unsigned char>(name.front()))) name = "v" + name;
         names.back() = name;
         const auto is_free = [&](const std::string& its) {

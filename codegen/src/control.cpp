@@ -73,9 +73,14 @@ void Generator::find_flags_in_use() {
             if (rate.ticks > 1) used_flags_.insert(program_.hit[static_cast<std::size_t>(task.rate)]);
         }
     } else {
-        for (const auto* part : {&program_.step, &program_.outputs, &program_.update}) find(find, *part);
+        for (const auto* part : {&program_.step, &program_.outputs, &program_.update, &program_.event})
+            find(find, *part);
     }
-    for (const auto* part : {&program_.derivatives, &program_.guards}) find(find, *part);
+    for (const auto* part : {&program_.derivatives, &program_.guards, &program_.marks}) find(find, *part);
+    for (const auto& marked : program_.marked)
+        if (const int active = program_.active[static_cast<std::size_t>(marked.condition)];
+            marked.is_control && active >= 0)
+            used_flags_.insert(active);
     if (!options_.embedded) // recorders ask for them
         for (std::size_t r = 0; r < diagram_.rates.size(); ++r)
             if (diagram_.rates[r].trigger > 0) used_flags_.insert(program_.hit[r]);
@@ -458,7 +463,7 @@ void Generator::print_outputs(const Statements& outputs, Calls& calls) {
     for (const auto& s : outputs)
         for (const auto& one : s.kind == Kind::when ? s.body : Statements{s}) {
             std::vector<std::pair<Printed, int>> texts; // and the passes of each
-            for (const auto pass : {program::first, program::again, program::inside}) {
+            for (const auto pass : {program::first, program::again, program::inside, program::between}) {
                 if (!(s.passes & one.passes & pass)) continue;
                 Printed its = printed(one, pass);
                 if (texts.empty() || texts.back().first.text != its.text)
@@ -477,6 +482,7 @@ void Generator::print_outputs(const Statements& outputs, Calls& calls) {
         if (passes & program::first) append(calls.outputs, some);
         if (passes & program::again) append(calls.again, some);
         if (passes & program::inside) append(calls.inside, some);
+        if (passes & program::between) append(calls.between, some);
     }
 }
 

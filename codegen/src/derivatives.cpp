@@ -9,15 +9,7 @@ namespace bf::codegen {
 /// Empty where some of what goes on between two steps is no equation.
 std::string Generator::derivatives_source(const std::vector<std::string>& places) const {
     if (!is_fmu_ || is_split() || real() != Type::float64) return {};
-    const auto is_in = [](const PieceNumbers& pieces, int piece) {
-        return std::find(pieces.begin(), pieces.end(), piece) != pieces.end();
-    };
-    PieceNumbers between; // two steps, in the order of a step
-    for (const int piece : calls_.outputs)
-        if (is_in(calls_.again, piece) || is_in(calls_.inside, piece)) between.push_back(piece);
-    for (const auto* list : {&calls_.again, &calls_.inside})
-        for (const int piece : *list)
-            if (!is_in(between, piece)) return {};
+    PieceNumbers between = calls_.between;
     between.insert(between.end(), calls_.derivatives.begin(), calls_.derivatives.end());
     if (between.empty()) return {};
 

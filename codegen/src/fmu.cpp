@@ -9,9 +9,10 @@ namespace bf::codegen {
 
 namespace {
 
-/// The inputs of the root on which signals depend in the same step: through inputs that a block reads for its
-/// outputs, or by which it finds and answers crossings, as states then jump in the step, through what decides
-/// whether and how often it runs, and through the objects that it shares with others.
+/// The inputs of the root, the continuous states and "time", on which signals depend in the same step:
+/// through what a block reads for its outputs, or by which it finds and answers crossings, as states then
+/// jump in the step, through what decides whether and how often it runs, and through the objects that it
+/// shares with others.
 class Dependencies {
   public:
     explicit Dependencies(const Diagram& diagram) : diagram_(diagram) {
@@ -33,6 +34,7 @@ class Dependencies {
             return;
         }
         const auto& node = diagram_.nodes[static_cast<std::size_t>(end.node)];
+        note_own(node, end);
         for (std::size_t s = 0; s < node.sources.size(); ++s)
             if (node.block->resolution().slots[s].role == Role::input &&
                 (node.block->feedthrough(end.slot, static_cast<int>(s)) ||
@@ -48,6 +50,24 @@ class Dependencies {
             for (const auto& by : {loop.count, loop.initial, loop.again}) follow(by);
         }
         for (const auto& provider : node.providers) follow_all(provider.node);
+    }
+    /// Continuous states and the time, by the rules of a block; all of them where it computes as a class.
+    void note_own(const DiagramNode& node, const Node::End& end) {
+        const Declaration& d = node.block->declaration();
+        if (d.traits.is_root_input) return;
+        const auto& slots = node.block->resolution().slots;
+        const auto reads = [&](auto&& is_read) {
+            return node.methods.output || std::any_of(d.output_rules.begin(), d.output_rules.end(), is_read);
+        };
+        for (std::size_t s = 0; s < slots.size(); ++s)
+            if (slots[s].role == Role::continuous_state && slots[s].size.count() > 0 &&
+                reads([&](const Call& rule) { return rule.reads(static_cast<int>(s)); }))
+                found_.insert(diagram_.end_path({end.node, static_cast<int>(s)}));
+        if (reads([](const Call& rule) {
+                return std::any_of(rule.operands.begin(), rule.operands.end(),
+                                   [](const auto& operand) { return operand.source == Call::Source::time; });
+            }))
+            found_.insert("time");
     }
     /// Does the block read the input where it looks for crossings that it answers, or answers them?
     static bool decides_events(const DiagramNode& node, int input) {
@@ -133,7 +153,6 @@ bool Generator::are_signals_repeatable() const {
 FmuPart Generator::fmu(const FmuChoice& choice, const std::map<std::string, std::string>& folders) {
     FmuPart part;
     FmuCode& code = part.code;
-    is_fmu_ = true;
     folders_ = folders;
     for (auto& [name, text] : run())
         if (!name.starts_with("include/") && name != "main.cpp" && !name.starts_with(file_ + "_c.") &&
@@ -212,7 +231,7 @@ FmuPart Generator::fmu(const FmuChoice& choice, const std::map<std::string, std:
     for (const auto& output : outputs_) {
         auto variable = of_slot(FmuVariable::Role::output, output.path, output.end);
         variable.unit = output.unit, variable.doc = output.doc;
-        variable.inputs = dependencies.of(output.end);
+        variable.dependencies = dependencies.of(output.end);
         add(std::move(variable), "bf_run_outputs", row++, "outputs." + output.member);
     }
     const auto role_of = [&](const std::string& name) {
@@ -263,13 +282,13 @@ FmuPart Generator::fmu(const FmuChoice& choice, const std::map<std::string, std:
     }
     row = 0;
     for (auto& [rate, place] : rates) add(std::move(rate), "bf::generated::fmu_rates", row++, place);
-    if (guard_count() > 0)
+    if (guard_count() + mark_count() > 0)
         add({FmuVariable::Role::crossings,
              "event_indicators",
              "",
              "zero-crossing functions",
              Type::float64,
-             guard_count(),
+             guard_count() + mark_count(),
              1,
              {},
              {},

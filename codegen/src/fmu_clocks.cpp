@@ -42,8 +42,6 @@ std::vector<int> Generator::rates_of(const Node::End& end) const {
 /// Does anything happen in every step of the model that is neither continuous nor of a rate with a period?
 bool Generator::has_unclocked_steps() const {
     using Kind = program::Statement::Kind;
-    auto outputs = program_.outputs;
-    go_on_between_steps(outputs);
     const auto has_rate = [&](const program::Statement& s) { // the conditions of a rate itself
         return s.kind == Kind::when &&
                std::any_of(s.when.begin(), s.when.end(), [&](const program::Literal& l) {
@@ -58,7 +56,7 @@ bool Generator::has_unclocked_steps() const {
                ((s.kind == Kind::run || s.kind == Kind::commit) &&
                 has_period(diagram_.rates[static_cast<std::size_t>(node(s.node).rate)]));
     };
-    return !std::all_of(outputs.begin(), outputs.end(), [&](const program::Statement& s) {
+    return !std::all_of(program_.outputs.begin(), program_.outputs.end(), [&](const program::Statement& s) {
         return is_clocked(s) || (s.kind == Kind::run && (s.passes & program::again) != 0);
     }) || !std::all_of(program_.update.begin(), program_.update.end(), is_clocked);
 }

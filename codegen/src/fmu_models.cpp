@@ -165,7 +165,8 @@ const char* name_of(const std::string& rows, const char* name) { return rows.emp
 FmuCode generate_fmu(const std::vector<FmuModel>& models, const FmuChoice& choice) {
     std::vector<FmuPart> parts;
     for (const auto& model : models)
-        parts.push_back(Generator(*model.diagram, model.options).fmu(choice, model.folders));
+        parts.push_back(
+            Generator(*model.diagram, model.options, program::Integrator::caller).fmu(choice, model.folders));
     if (models.size() > 1) CommonVariables(models, choice, parts).find();
 
     FmuCode code = std::move(parts.front().code);

@@ -26,6 +26,11 @@ bool answers_crossings(const program::Program& program, int node) {
                        [&](const program::Watched& w) { return w.is_answered && w.end.node == node; });
 }
 
+bool has_marks(const program::Program& program, int node) {
+    return std::any_of(program.marked.begin(), program.marked.end(),
+                       [&](const program::Watched& w) { return !w.is_control && w.end.node == node; });
+}
+
 bool have_derivatives(const std::set<std::string>& functions) {
 #define BF_NAME(name) #name,
     static const std::set<std::string> known{BF_DIFFERENTIABLE_FUNCTIONS(BF_NAME)};
@@ -39,11 +44,13 @@ bool is_printable(const program::Program& program, int number) {
     const auto& d = node.block->declaration();
     const auto& m = node.methods;
     if (m.output || m.update || m.derivative || m.reset || m.event || !d.objects.empty()) return false;
-    const bool answers = answers_crossings(program, number);
-    if (m.guards && answers) return false;
+    const bool answers = answers_crossings(program, number), crosses = answers || has_marks(program, number);
+    if (m.guards && crosses) return false;
     for (const Phase phase : phases)
         for (const Call& call : d.rules(phase))
-            if ((answers || phase < Phase::guards) && !header_of_kernel(call.kernel)) return false;
+            if ((phase < Phase::guards || (phase == Phase::guards ? crosses : answers)) &&
+                !header_of_kernel(call.kernel))
+                return false;
     return true;
 }
 
@@ -60,9 +67,9 @@ std::vector<std::string> hosted_blocks(const Diagram& diagram) {
 
 bool has_hosted_blocks(const Diagram& diagram) { return !hosted_blocks(diagram).empty(); }
 
-Generator::Generator(const Diagram& diagram, const Options& options)
-    : diagram_(diagram), options_(options), program_([&] {
-          auto program = program::lower(diagram);
+Generator::Generator(const Diagram& diagram, const Options& options, program::Integrator integrator)
+    : diagram_(diagram), options_(options), is_fmu_(integrator == program::Integrator::caller), program_([&] {
+          auto program = program::lower(diagram, integrator);
           if (options.has_function_per_rate) split_problems_ = program::split(program);
           return program;
       }()),
@@ -170,6 +177,8 @@ void Generator::place_all() {
     }
     for (const auto& watched : program_.watched)
         place(watched.end, "guards_", guards_, diagram_.end_path(watched.end));
+    for (const auto& marked : program_.marked)
+        if (!marked.is_control) place(marked.end, "marks_", marks_, diagram_.end_path(marked.end));
     std::set<std::string> taken;
     for (const auto& output : diagram_.outputs) {
         if (place_of(output.end).member.empty()) continue;

@@ -91,7 +91,9 @@ struct FmuPart {
 /// In C++. What another language writes differently is virtual.
 class Generator {
   public:
-    Generator(const Diagram& diagram, const Options& options);
+    /// Of an FMU, which may leave the integration to its caller, with functions for that.
+    Generator(const Diagram& diagram, const Options& options,
+              program::Integrator integrator = program::Integrator::own);
     virtual ~Generator() = default;
     virtual Files run();
     FmuPart fmu(const FmuChoice& choice, const std::map<std::string, std::string>& folders);
@@ -153,11 +155,12 @@ class Generator {
 
     /// The functions that make up each part of the program.
     struct Calls {
-        PieceNumbers constants, follow, derivatives, guards;
-        PieceNumbers outputs, again, inside; ///< by pass
-        int inner_statements = 0;            ///< that the solver evaluates inside a step
-        std::string update;                  ///< statements
-        std::string commit;                  ///< the same without the integration
+        PieceNumbers constants, follow, derivatives, guards, marks;
+        PieceNumbers outputs, again, inside, between; ///< by pass
+        int inner_statements = 0;                     ///< that the solver evaluates inside a step
+        std::string update;                           ///< statements
+        std::string commit;                           ///< the same without the integration
+        std::string event;                            ///< statements where the caller's solver stopped
         struct Task {
             std::string name;
             PieceNumbers outputs;
@@ -220,10 +223,14 @@ class Generator {
     std::string update_body(const program::Statements& update);
     // Of a model whose solver is the caller's.
     bool is_sampled(const Calls& calls) const;
-    /// A model without events computes again what is continuous, too.
-    void go_on_between_steps(program::Statements& outputs) const;
+    int mark_count() const; ///< elements, those of controls included
+    /// Do continuous signals follow from what a step commits?
+    bool keeps_signals(const Calls& calls) const;
+    std::string event_statements(const Calls& calls);
     std::string exchange_declarations(const Calls& calls) const;
-    std::string exchange_functions(const Calls& calls);
+    std::string exchange_members(const Calls& calls) const;
+    std::string exchange_functions(const Calls& calls) const;
+    std::string crossings_of_caller(const Calls& calls) const;
     /// Outputs and updates, of all or of each task.
     void print_step(Calls& calls);
     /// The functions that one task consists of, behind each other.
@@ -311,7 +318,7 @@ class Generator {
 
     const Diagram& diagram_;
     Options options_;
-    bool is_fmu_ = false; ///< with functions by which a solver of the caller integrates the model
+    const bool is_fmu_; ///< with functions by which a solver of the caller integrates the model
     std::map<std::string, std::string> folders_; ///< of blocks of an FMU, in its resources
     std::string flatten_ = "[[gnu::flatten]] ";  ///< before a function that kernels are joined into
     std::string control_ = "control_.", step_time_ = "time_"; ///< before what controls a step; of this step
@@ -327,7 +334,7 @@ class Generator {
     std::string class_, file_;
     std::vector<std::vector<Place>> places_; ///< by node and slot
     std::vector<std::vector<Place>> next_;   ///< of discrete states
-    std::vector<Field> inputs_, parameters_, signals_, states_, continuous_, workspace_, guards_;
+    std::vector<Field> inputs_, parameters_, signals_, states_, continuous_, workspace_, guards_, marks_;
     std::vector<Field> outputs_;                         ///< copies; end = what is copied
     std::map<std::string, std::set<std::string>> taken_; ///< names of members by structure
     std::set<int> timed_rates_;                          ///< triggered ones whose period is asked for

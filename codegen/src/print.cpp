@@ -217,6 +217,9 @@ std::string Generator::header(const Calls& calls) const {
             structure("Workspace", "Memory of kernels; means nothing between two steps.", workspace_, false);
     if (!guards_.empty())
         text += structure("Guards", "Zero-crossing functions; read as one array of double.", guards_, false);
+    if (!marks_.empty())
+        text += structure("Marks", "Where signals jump or bend: zero-crossing functions, and counts.", marks_,
+                          false);
     if (has_continuous_states())
         functions += "    bool evaluate(Real at) noexcept;\n    bool integrate() noexcept;\n";
     if (is_dynamic())
@@ -242,7 +245,7 @@ std::string Generator::header(const Calls& calls) const {
                    "longer "
                    "counts\n") +
         (workspace_.empty() ? "" : "    Workspace workspace_{};\n") +
-        (guards_.empty() ? "" : "    Guards guards_{}, guards_before_{};\n") +
+        (guards_.empty() ? "" : "    Guards guards_{}, guards_before_{};\n") + exchange_members(calls) +
         (has_continuous_events() ? "    ContinuousStates after_{}; // an event\n" : "") +
         (has_continuous_states() && is_dynamic()
              ? "    ContinuousStates rates_; // derivatives\n    int continuous_size_ = 0;\n    Real* "
@@ -566,6 +569,10 @@ Generator::Calls Generator::print_functions() {
     for (const auto& s : program_.derivatives)
         calls.inner_statements += std::max(static_cast<int>(s.body.size()), 1);
     if (!guards_.empty()) calls.guards = functions("guards", guarded(program_.guards));
+    if (is_fmu_) {
+        calls.marks = functions("marks", guarded(program_.marks));
+        calls.event = event_statements(calls);
+    }
     return calls;
 }
 

@@ -73,9 +73,7 @@ std::string Generator::time_inside() const { return time_of(is_split() ? program
 
 void Generator::print_step(Calls& calls) {
     if (!is_split()) {
-        auto outputs = program_.outputs;
-        if (is_fmu_ && program_.watched.empty()) go_on_between_steps(outputs);
-        print_outputs(outputs, calls);
+        print_outputs(program_.outputs, calls);
         auto kept = program_.update;
         const bool integrates = !kept.empty() && kept.back().kind == program::Statement::Kind::integrate;
         if (integrates) kept.pop_back();

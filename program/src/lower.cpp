@@ -44,7 +44,9 @@ void append(Statements& to, Statements more) {
 
 class Lowering {
   public:
-    explicit Lowering(const Diagram& diagram) : d_(diagram), is_needed_(diagram.needed_inside_a_step()) {
+    Lowering(const Diagram& diagram, Integrator integrator)
+        : d_(diagram), is_needed_(diagram.needed_inside_a_step()),
+          is_callers_(integrator == Integrator::caller) {
         p_.diagram = &diagram;
         for (int n = 0; n < count(d_.nodes); ++n)
             for (const Slot& s : slots(n))
@@ -61,7 +63,8 @@ class Lowering {
         lower_start();
         lower_outputs();
         p_.derivatives = phase(d_.plan.derivatives, Phase::derivative);
-        p_.guards = phase(d_.plan.guards, Phase::guards);
+        p_.guards = phase(d_.plan.guards, Phase::guards, p_.watched);
+        p_.marks = phase(d_.plan.guards, Phase::guards, p_.marked);
         for (int r = 1; r < count(d_.rates); ++r)
             if (rate(r).trigger == 0)
                 p_.step.push_back({.kind = Kind::hit, .number = r, .flag = at(p_.hit, r)});
@@ -74,7 +77,7 @@ class Lowering {
         append(p_.update, updates(d_.plan.updates, [](const Segment&) { return true; }));
         append(p_.update, clear_triggers());
         if (is_continuous_) p_.update.push_back(of_node(Kind::integrate, -1, continuous_state_not_finite));
-        if (is_adaptive_) lower_event();
+        if (is_adaptive_ || is_callers_) lower_event();
         return std::move(p_);
     }
 
@@ -139,20 +142,25 @@ class Lowering {
                     has_answer |= is_answered;
                     if (is_adaptive_ || is_answered)
                         p_.watched.push_back({{last, s}, segment.condition, false, is_answered});
+                    else if (is_callers_)
+                        p_.marked.push_back({{last, s}, segment.condition, false, false});
                 }
                 if (has_answer) answering_.push_back(last);
             }
         }
         for (const auto& c : d_.conditions)
             for (const auto& signal : {c.enable, c.trigger, c.reset})
-                if (is_adaptive_ && signal.node >= 0 && rate(at(d_.nodes, signal.node).rate).is_continuous)
-                    p_.watched.push_back({signal, c.parent, true, false});
+                if ((is_adaptive_ || is_callers_) && signal.node >= 0 &&
+                    rate(at(d_.nodes, signal.node).rate).is_continuous)
+                    (is_adaptive_ ? p_.watched : p_.marked).push_back({signal, c.parent, true, false});
         if (is_continuous_) passes_ |= inside;
+        if (is_callers_) passes_ |= again | between;
+        if (is_callers_ || (is_adaptive_ && !p_.watched.empty()))
+            inside_ = new_flag(Flag::Kind::inside, -1, "inside a step");
         if (p_.watched.empty()) return;
         passes_ |= again;
         crossed_ = new_flag(Flag::Kind::crossed, -1, "crossed");
         answered_ = new_flag(Flag::Kind::answered, -1, "answered");
-        if (is_adaptive_) inside_ = new_flag(Flag::Kind::inside, -1, "inside a step");
     }
 
     void make_procedures() {
@@ -311,8 +319,8 @@ class Lowering {
             } else if (a.loop >= 0) {
                 if (runs_once(a.loop)) its &= first;
                 some = loop(a.loop, its);
-            } else { // inside a step of the solver conditions stay what they are
-                its &= ~inside;
+            } else { // where states do not jump, conditions stay what they are
+                its &= ~(inside | between);
                 some.push_back(numbered(Kind::call, at(test_, a.condition)));
             }
             for (auto& statement : some) statement.passes = static_cast<std::uint8_t>(its & passes_);
@@ -321,21 +329,23 @@ class Lowering {
         return all;
     }
 
-    Statements phase(const std::vector<Segment>& segments, Phase phase) const {
+    /// Of guards those that are written for one of a list.
+    Statements phase(const std::vector<Segment>& segments, Phase phase,
+                     const std::vector<Watched>& wanted = {}) const {
         Statements all;
         for (const auto& segment : segments) {
             Statements some;
             for (const auto& a : segment.activities)
-                if (phase != Phase::guards || writes_watched(a))
+                if (phase != Phase::guards || writes(a, wanted))
                     some.push_back({.kind = Kind::run, .phase = phase, .node = a.node, .index = a.index});
             add(all, segment, std::move(some));
         }
         return all;
     }
 
-    bool writes_watched(const Activity& a) const {
+    bool writes(const Activity& a, const std::vector<Watched>& wanted) const {
         const auto& rules = at(d_.nodes, a.node).block->declaration().guard_rules;
-        return std::any_of(p_.watched.begin(), p_.watched.end(), [&](const Watched& w) {
+        return std::any_of(wanted.begin(), wanted.end(), [&](const Watched& w) {
             return !w.is_control && w.end.node == a.node &&
                    (a.index >= count(rules) || at(rules, a.index).writes(w.end.slot));
         });
@@ -535,13 +545,14 @@ class Lowering {
         if (std::any_of(d_.plan.outputs.begin(), d_.plan.outputs.end(), [&](const Segment& segment) {
                 return segment.condition > 0 && rate(segment.rate).is_continuous;
             }))
-            p_.arrive.push_back({.kind = Kind::evaluate, .pass = inside});
-        if (p_.watched.empty()) return;
+            p_.arrive.push_back({.kind = Kind::evaluate, .pass = is_callers_ ? between : inside});
+        if (inside_ < 0) return;
         p_.event = p_.arrive;
-        append(p_.event, {assign(inside_),
-                          {.kind = Kind::evaluate, .pass = again},
-                          look(Kind::locate),
-                          numbered(Kind::call, answer_)});
+        append(p_.event, {assign(inside_), {.kind = Kind::evaluate, .pass = again}});
+        if (is_callers_ && !p_.watched.empty())
+            append(p_.event, {look(Kind::look), if_all({flag(crossed_)}, {numbered(Kind::call, answer_)})});
+        else if (!is_callers_)
+            append(p_.event, {look(Kind::locate), numbered(Kind::call, answer_)});
         append(p_.event,
                updates(d_.plan.updates, [&](const Segment& s) { return rate(s.rate).trigger > 0; }));
         append(p_.event, clear_triggers());
@@ -550,6 +561,7 @@ class Lowering {
 
     const Diagram& d_;
     const std::vector<char> is_needed_; ///< by node: inside a step
+    const bool is_callers_;             ///< solver
     bool is_continuous_ = false, is_adaptive_ = false;
     int passes_ = first; ///< those that there are
     Program p_;
@@ -560,6 +572,6 @@ class Lowering {
 
 } // namespace
 
-Program lower(const Diagram& diagram) { return Lowering(diagram).run(); }
+Program lower(const Diagram& diagram, Integrator integrator) { return Lowering(diagram, integrator).run(); }
 
 } // namespace bf::program

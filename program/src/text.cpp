@@ -22,13 +22,17 @@ class Text {
         section("start", p_.start);
         section("step", p_.step);
         shows_passes_ = passes != first;
-        section(shows_passes_ ? "outputs (first in a step, again after events, inside it by the solver)"
-                              : "outputs",
+        is_callers_ = (passes & between) != 0;
+        section(is_callers_
+                    ? "outputs (first in a step, again after events, inside it, between two by the caller)"
+                : shows_passes_ ? "outputs (first in a step, again after events, inside it by the solver)"
+                                : "outputs",
                 p_.outputs);
         shows_passes_ = false;
         section("update", p_.update);
         section("derivatives", p_.derivatives);
         section("guards", p_.guards);
+        section("marks", p_.marks);
         section("arrive at the end of a step", p_.arrive);
         section("event inside a step", p_.event);
         for (const auto& task : p_.tasks) {
@@ -56,6 +60,7 @@ class Text {
             if (shows_passes_)
                 margin = {' ', ' ', s.passes & first ? 'f' : ' ', s.passes & again ? 'a' : ' ',
                           s.passes & inside ? 'i' : ' '};
+            if (shows_passes_ && is_callers_) margin += s.passes & between ? 'b' : ' ';
             line(margin, indent, words(s));
             print(s.body, indent + "    ");
             if (s.otherwise.empty()) continue;
@@ -100,9 +105,10 @@ class Text {
         case Kind::restart: return "restart the solver";
         case Kind::integrate: return "integrate to the end of the step";
         case Kind::evaluate:
-            return std::string("outputs, ") + (s.pass == first   ? "first"
-                                               : s.pass == again ? "again"
-                                                                 : "inside the step");
+            return std::string("outputs, ") + (s.pass == first     ? "first"
+                                               : s.pass == again   ? "again"
+                                               : s.pass == between ? "between two steps"
+                                                                   : "inside the step");
         case Kind::call: return p_.procedures[static_cast<std::size_t>(s.number)].name;
         case Kind::fail: return "fail at " + path(s.node) + ": " + s.failure.text();
         }
@@ -139,7 +145,7 @@ class Text {
 
     const Program& p_;
     const Diagram& d_;
-    bool shows_passes_ = false;
+    bool shows_passes_ = false, is_callers_ = false;
     std::string text_;
 };
 

@@ -13,12 +13,12 @@
 namespace bf::program {
 namespace {
 
-std::string program_of(const std::string& model) {
+std::string program_of(const std::string& model, Integrator integrator = Integrator::own) {
     Registry registry;
     registry.add(standard_library());
     const Diagram diagram =
         elaborate(formats::read_yaml_text("model: m\nstep: 0.1\n" + model, "m.yaml"), registry);
-    return text_of(lower(diagram));
+    return text_of(lower(diagram, integrator));
 }
 
 /// The lines under a heading that begins so.
@@ -440,6 +440,39 @@ connections: {u: [s.u, pair.u1], one: pair.u2, pair: split}
               "    fail unless s.g.y is finite\n    fail unless s.f.y is finite\n"
               "    fail unless pair.y is finite\n"
               "    fail unless split.y1 is finite\n    fail unless split.y2 is finite\n");
+}
+
+TEST(Program, OfACallersSolverTestsConditionsInStepsAndEventsAlone) {
+    const std::string text = program_of(R"(solver: rk4
+blocks:
+  x: {block: Integrator, initial: 1}
+  sign: {block: Sign}
+  down: {block: Constant, value: -1}
+  part:
+    execution: triggered
+    blocks: {count: {block: UnitDelay}}
+    connections: {count: count}
+connections: {down: x, x: [sign, part.trigger]}
+)",
+                                        Integrator::caller);
+    EXPECT_EQ(section(text, "outputs"), R"(  faib    output x
+  fa      test part
+  fa b    output sign
+  fa      if part.triggered
+  fa          output part.count
+)");
+    EXPECT_EQ(section(text, "guards"), "there is none");
+    EXPECT_EQ(section(text, "marks"), "    guards of sign\n");
+    EXPECT_EQ(section(text, "event inside a step"), R"(    inside a step := true
+    outputs, again
+    if part.triggered
+        update part.count
+    if part.triggered
+        commit part.count
+    part.fired := false
+    part.triggered := false
+    inside a step := false
+)");
 }
 
 constexpr double unknown = std::numeric_limits<double>::quiet_NaN();

@@ -167,16 +167,15 @@ fmi::Description description_of(const std::vector<FmuVariant>& variants, const c
     d.variables.push_back(
         {.name = "time", .unit = "s", .doc = "simulated time", .causality = fmi::Causality::independent});
     d.co_simulation->has_event_mode = !code.clocks.empty();
-    std::map<std::string, int> inputs;
+    std::map<std::string, int> known{{"time", 0}};
     std::vector<int> states;
     const auto first_clock = static_cast<int>(code.variables.size()) + 1,
                first_structural = first_clock + static_cast<int>(code.clocks.size());
     for (const auto& v : code.variables) {
         const auto number = static_cast<int>(d.variables.size());
-        if (v.role == VariableRole::input) inputs[v.name] = number;
+        if (v.role == VariableRole::input || v.role == VariableRole::state) known[v.name] = number;
         if (v.role == VariableRole::output) {
             fmi::Unknown output{number, std::vector<int>()};
-            for (const auto& input : v.inputs) output.dependencies->push_back(inputs.at(input));
             for (const int clock : v.clocks) output.dependencies->push_back(first_clock + clock);
             d.outputs.push_back(output);
         }
@@ -200,6 +199,15 @@ fmi::Description description_of(const std::vector<FmuVariant>& variants, const c
         if (v.role == VariableRole::rate) d.variables.back().derivative_of = states[d.derivatives.size() - 1];
         for (const int clock : v.clocks) d.variables.back().clocks.push_back(first_clock + clock);
     }
+    auto output = d.outputs.begin();
+    for (const auto& v : code.variables)
+        if (v.role == VariableRole::output) {
+            for (const auto& name : v.dependencies)
+                if (const auto at = known.find(name); at != known.end()) // what is left out is no variable
+                    output->dependencies->push_back(at->second);
+            std::ranges::sort(*output->dependencies);
+            ++output;
+        }
     for (const auto& clock : code.clocks)
         d.variables.push_back(
             {.name = fmi::structured_name(clock.name),

@@ -29,7 +29,8 @@ struct FmuVariable {
     int rows, cols;
     Limits limits;
     std::vector<double> start;       ///< of inputs and parameters: all elements, column by column
-    std::vector<std::string> inputs; ///< names of those on which an output depends in the same instant
+    /// Of an output: names of inputs and states, and "time", on which it depends in the same instant.
+    std::vector<std::string> dependencies;
     std::vector<std::pair<double, std::string>> names = {}; ///< of the values of an enumeration
     std::vector<int> clocks = {}; ///< numbers of those in whose ticks it has values; none: always
     /// Numbers of the structural parameters that rows and columns are; -1: they are constant.

@@ -144,7 +144,9 @@ class FmuInstance : public FmuModel {
     /// The signals at the present time. Where the step `ends` at once, nobody goes back behind them.
     bool compute(bool ends = false) {
         if (moment_.is_committed) { // between two steps of a model whose solver is the importer's
-            if (is_stale_ && !exchange().compute_signals(model_, own_time())) return fail_of_model();
+            if (is_stale_ &&
+                !exchange().compute_signals(model_, own_time(), order.state() == fmi::event_mode))
+                return fail_of_model();
             is_stale_ = false;
             return true;
         }
@@ -343,7 +345,7 @@ class FmuInstance : public FmuModel {
     /// cannot: what is written then acts from the next step on.
     bool begin_anew() {
         if (!is_computed_) return true;
-        if (order.state() == fmi::initialization) {
+        if (order.state() & (fmi::instantiated | fmi::initialization)) {
             moment_.is_initialized = false;
         } else if (has_state()) {
             memory_.go_back();

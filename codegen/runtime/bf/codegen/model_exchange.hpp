@@ -16,7 +16,7 @@ struct Exchange {
     double* (*rates)(bf_run_model*);
     bool (*compute_rates)(bf_run_model*, double);
     bool (*compute_crossings)(bf_run_model*, double, double*);
-    bool (*compute_signals)(bf_run_model*, double);
+    bool (*compute_signals)(bf_run_model*, double, bool is_event);
     bool (*answer)(bf_run_model*, double);
     bool (*end_step)(bf_run_model*);
     void (*pass)(bf_run_model*, std::int64_t steps); ///< over steps in which nothing is sampled
@@ -46,7 +46,7 @@ template <class Model> struct ExchangeOf {
         [](bf_run_model* m) { return of(m)->rates(); },
         [](bf_run_model* m, double at) { return of(m)->compute_rates(at); },
         [](bf_run_model* m, double at, double* to) { return of(m)->compute_crossings(at, to); },
-        [](bf_run_model* m, double at) { return of(m)->compute_signals(at); },
+        [](bf_run_model* m, double at, bool is_event) { return of(m)->compute_signals(at, is_event); },
         [](bf_run_model* m, double at) { return of(m)->answer(at); },
         [](bf_run_model* m) { return of(m)->end_step(); },
         [](bf_run_model* m, std::int64_t steps) { of(m)->pass(steps); },

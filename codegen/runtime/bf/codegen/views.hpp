@@ -176,6 +176,29 @@ template <class T> bool find_crossings(T* guards, T* before, int count) noexcept
     }
     return found;
 }
+/// What a solver of the caller looks at of a mark: itself; of a count 1, and -1 where it is not what it was.
+/// Behind the last.
+template <class T> double* look_at_mark(const T& now, const T& before, double* to) noexcept {
+    const auto x = in(now), last = in(before);
+    for (int i = 0; i < x.size(); ++i)
+        *to++ = std::is_floating_point<std::decay_t<decltype(x[i])>>::value ? static_cast<double>(x[i])
+                : x[i] == last[i]                                           ? 1.0
+                                                                            : -1.0;
+    return to;
+}
+
+/// The same of a control signal. Subsystems run above 0, so 0 lies on the other side; NaN where what is
+/// around them does not run.
+template <class T> double* look_at_control(const T& signal, bool is_watched, double* to) noexcept {
+    const auto x = in(signal);
+    constexpr double zero = std::is_floating_point<std::decay_t<decltype(x[0])>>::value ? -1e-100 : -1.0;
+    for (int i = 0; i < x.size(); ++i)
+        *to++ = !is_watched ? std::numeric_limits<double>::quiet_NaN()
+                : x[i] == 0 ? zero
+                            : static_cast<double>(x[i]);
+    return to;
+}
+
 template <class T> bool has_crossed(const T& guard) noexcept {
     const auto x = in(guard);
     bool found = false;

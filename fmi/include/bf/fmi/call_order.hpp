@@ -100,7 +100,9 @@ class CallOrder {
         case Call::enter_continuous_time: return is_co_simulation_ ? 0u : unsigned(event_mode);
         case Call::enter_step_mode: return is_co_simulation_ && uses_event_mode_ ? unsigned(event_mode) : 0u;
         case Call::terminate: return running;
-        case Call::get_values: return computed | intermediate_update | failed;
+        case Call::get_values: // of FMI 3.0 also start values (section 2.3.2)
+            return computed | intermediate_update | failed |
+                   (version_ == 3 ? instantiated | configuration : 0u);
         case Call::set_values:
             return instantiated | configuration | initialization | running | intermediate_update;
         case Call::save_state: return all & ~unsigned(intermediate_update | failed | configuration);

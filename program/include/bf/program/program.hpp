@@ -22,7 +22,9 @@ enum Pass : std::uint8_t {
     first = 1,  ///< of a step
     again = 2,  ///< at the same instant, or at one inside the step, after states have jumped
     inside = 4, ///< by the solver inside a step: what derivatives and guards depend on
-    every = 7
+    between =
+        8, ///< two steps, by the caller whose solver it is: all that goes on, under conditions as they are
+    every = 15
 };
 
 /// What must hold for a statement to run.
@@ -149,6 +151,8 @@ struct Program {
     std::vector<Memory> memories;
     std::vector<Set> sets;        ///< initial values of states, and of outputs of conditional subsystems
     std::vector<Watched> watched; ///< controls come last
+    /// Where a solver of the caller must stop, besides: jumps, corners, and then controls.
+    std::vector<Watched> marked;
     std::vector<Procedure> procedures;
     std::vector<int> hit;    ///< flag by rate
     std::vector<int> active; ///< flag by condition: its blocks run; -1 for what is always true
@@ -160,13 +164,20 @@ struct Program {
     Statements update;       ///< after it
     Statements derivatives;  ///< for the solver
     Statements guards;       ///< zero-crossing functions
+    Statements marks;        ///< those of what is marked
     Statements arrive;       ///< where an adaptive solver reaches the end of a step
-    Statements event;        ///< where it stops at a crossing
+    Statements event;        ///< where it stops at a crossing, or the caller's does
     std::vector<Task> tasks; ///< made by `split`: shorter periods first
 };
 
+/// Who integrates the continuous states?
+enum class Integrator {
+    own,   ///< the diagram's solver, in steps
+    caller ///< some other one in place of it, where the caller does not do steps
+};
+
 /// The program of a diagram, which must outlive it.
-Program lower(const Diagram& diagram);
+Program lower(const Diagram& diagram, Integrator integrator = Integrator::own);
 
 /// Deals the statements of outputs and updates out to tasks: each block to that of its period. Between
 /// periods signals pass through blocks that change the rate alone. Their outputs belong to the faster side,

@@ -184,3 +184,17 @@ with tempfile.TemporaryDirectory() as folder:
     its.begin()
     its.go_on()
     assert "derivatives of this model are not known" in its.refused(its.rates, its.variables["u"], [1.0])
+
+    # The first event, in which sampled blocks compute, ends before the derivatives, and goes on afterwards.
+    (folder / "sampled.yaml").write_text(
+        "model: sampled\nstep: 0.01\nsolver: rk4\ninputs: [u]\noutputs: [y]\nblocks:\n"
+        "  lag: {block: TransferFunction, numerator: 2, denominator: \"[1 3]\"}\n  late: {block: UnitDelay, period: 0.05}\n"
+        "  sum: {block: Sum}\nconnections: {u: sum.u1, late: sum.u2, sum: lag, lag: [late, y]}\n")
+    run(bf, "export-fmu", folder / "sampled.yaml", "-o", folder / "sampled.fmu", timeout=600)
+    (folder / "begin.yaml").write_text("model: begin\nplugins: [FMI]\nstep: 0.01\nsolver: rk4\ninputs: [u]\noutputs: [y]\n"
+                                       "blocks: {f: {block: FMI/ModelExchange, fmu: sampled.fmu}}\n"
+                                       "connections: {u: f.u, f.y: y}\n")
+    for at in (0, 0.1):
+        run(bf, "linearize", folder / "begin.yaml", "--at", at, "--plugin-path", folder, "-o", folder / "begin.json")
+        found = json.loads((folder / "begin.json").read_text())
+        assert [found[m] for m in "ABCD"] == [[[-3]], [[1]], [[2]], [[0]]], (at, found)

@@ -203,6 +203,25 @@ class ModelExchange final : public FmuBlock, public Differentiable {
                     [&](int i) { return row + i; });
             row += v.count();
         }
+        // Derivatives are those between two events: one that is under way ends here, and then begins again.
+        struct Kept {
+            Running& its;
+            std::vector<double> state;
+            ~Kept() {
+                if (!state.empty()) its.restore(state.data());
+            }
+        } kept{its, {}};
+        if (its.instance->state() == event_mode) {
+            if (!its.can_save())
+                throw std::runtime_error(
+                    "its derivatives are known once its first event has ended, which an FMU "
+                    "without saved states cannot do beforehand: go on to a later time");
+            kept.state.resize(its.state_size());
+            its.save(kept.state.data());
+            bool has_jumped = false;
+            if (!settle(its, at, has_jumped) || !its.instance->enter_continuous_time())
+                throw std::runtime_error(its.instance->failure());
+        }
         if (!show(its, at)) throw std::runtime_error(its.instance->failure());
         for (int direction = 0; direction < changes.directions(); ++direction) {
             for (const auto& [change, i, to] : from) knowns.set(to, (*change)(i, direction));

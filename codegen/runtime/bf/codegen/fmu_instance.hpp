@@ -67,7 +67,8 @@ class FmuInstance : public FmuModel {
     /// Makes the variable's memory hold its value of now; false when the model fails.
     bool refresh(const Variable& v) {
         if (variables.is_time(v)) return true;
-        if (!have_clocks_ticked()) return false;
+        // Solvers look beyond a tick.
+        if (order.state() != fmi::continuous_time && !have_clocks_ticked()) return false;
         if (v.table == fmu_rates) return initialize() && compute_rates();
         if (v.table == fmu_states) return initialize();
         if (v.table == fmu_crossings) return initialize() && compute_crossings(variables.crossings());
@@ -361,7 +362,6 @@ class FmuInstance : public FmuModel {
         is_computed_ = false;
         return true;
     }
-    /// Solvers may look beyond a tick, but nothing else does.
     bool have_clocks_ticked() {
         Problem why;
         return clocks.have_ticked(clocks.step_after(moment_.time), moment_.time, why) || fail(why.text);

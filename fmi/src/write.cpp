@@ -71,7 +71,12 @@ std::string variable(const Description& d, const Variable& v) {
         v.derivative_of < 0
             ? -1
             : static_cast<int>(d.variables[static_cast<std::size_t>(v.derivative_of)].reference);
+    // What goes on inside a step may be read there (FMI 3.0, section 4.2.2).
+    const bool is_between = d.co_simulation && d.co_simulation->returns_early &&
+                            v.variability == Variability::continuous &&
+                            (v.causality == Causality::output || v.causality == Causality::local);
     const std::string head = "    <" + type + common + optional_attribute("clocks", clocks) +
+                             (is_between ? attribute("intermediateUpdate", "true") : "") +
                              (v.ticks ? clock_attributes(*v.ticks) : of_type(v, type, derivative));
     if (v.dimensions.empty()) return head + "/>\n";
     std::string dimensions;

@@ -190,11 +190,11 @@ with tempfile.TemporaryDirectory() as folder:
         for k in range(STEPS, STEPS + 5):
             third.step(k)
         assert (third.get("position"), third.get("late"), third.get("counted")) == after[0]
-        assert "no state of this FMU" in third.refused(from_bytes, saved[:-1])
-        assert "no state of this FMU" in third.refused(from_bytes, b"x" * len(saved))
+        assert "no state of an instance of this kind" in third.refused(from_bytes, saved[:-1])
+        assert "no state of an instance of this kind" in third.refused(from_bytes, b"x" * len(saved))
         for at in range(0, len(saved), max(1, len(saved) // 40)):
             damaged = saved[:at] + bytes([saved[at] ^ 4]) + saved[at + 1:]
-            assert "no state of this FMU" in third.refused(from_bytes, damaged), at
+            assert "no state of an instance of this kind" in third.refused(from_bytes, damaged), at
 
         # One long step has the same end as many short ones, and half ones keep the outputs in between.
         long, half = Instance(fmu), Instance(fmu)
@@ -238,6 +238,15 @@ with tempfile.TemporaryDirectory() as folder:
         assert "a step begins at 1 s, but the last one ended at 0 s" in wrong.refused(wrong.fmu.doStep, 1.0, STEP)
         assert "is called in the state 'error'" in wrong.refused(wrong.step, 0)
         wrong.fmu.reset()
+        if version == 2:
+            wrong.fmu.setupExperiment(startTime=0.0, stopTime=3 * STEP)
+            wrong.fmu.enterInitializationMode()
+        else:
+            wrong.fmu.enterInitializationMode(startTime=0.0, stopTime=3 * STEP)
+        wrong.fmu.exitInitializationMode()
+        wrong.step(0, 3)
+        assert "was given as the stop time (FMI 2.0, section 2.1.6; FMI 3.0, section 2.3.2)" in wrong.refused(wrong.step, 3)
+        wrong.fmu.reset()
         wrong.initialize()
         wrong.step(0)
         wrong.fmu.terminate()
@@ -249,6 +258,16 @@ with tempfile.TemporaryDirectory() as folder:
             assert "nstantiate" in str(error), error
         else:
             raise AssertionError("another token was taken")
+        if version == 3:  # States belong to one kind of instance.
+            saved = early.fmu.serializeFMUState(early.fmu.getFMUState())
+            exchanged = fmpy.fmi3.FMU3Model(guid=early.described.guid or early.described.instantiationToken,
+                                            unzipDirectory=str(fmu) + ".extracted", instanceName="two",
+                                            modelIdentifier=early.described.modelExchange.modelIdentifier)
+            exchanged.instantiate(loggingOn=True, logMessage=lambda *about: early.messages.append(about[-1].decode()))
+            assert "no state of an instance of this kind" in early.refused(exchanged.deserializeFMUState, saved)
+            assert "an instance of the other kind" in early.refused(exchanged.setFMUState, early.fmu.getFMUState())
+            exchanged.freeInstance()
+            early.fmu.freeInstance()
         for instance in (one, other, third, long, half, wrong):
             instance.fmu.freeInstance()
         print(f"FMI {version}.0: {compared} numbers are the same; states, instances and wrong calls are as they should be")

@@ -183,8 +183,10 @@ with tempfile.TemporaryDirectory() as temporary:
     assert "set in the Configuration Mode" in one.refused(one.fmu.setUInt64, [one.references["n"]], [2])
     one.fmu.enterConfigurationMode()
     assert "'k' is no structural parameter" in one.refused(one.set, "k", 1.0)
-    one.fmu.setUInt64([one.references["n"]], [7])
-    assert "exported for no n = 7, m = 2, but for: n = 3, m = 2; " in one.refused(one.fmu.exitConfigurationMode)
+    for wrong in (0, 9, 2**63):
+        assert f"'n' cannot be {wrong}: the FMU was exported for 1, 2, 3, 4" in one.refused(
+            one.fmu.setUInt64, [one.references["n"]], [wrong])
+    assert one.fmu.getUInt64([one.references["n"]]) == [3], "nothing has changed"
     one.fmu.freeInstance()
 
     # In our block.

@@ -271,9 +271,17 @@ BF_FMI_FUNCTION(fmi3SetUInt64,
                         return instance.fail(
                             "fmi3SetUInt64: structural parameters are set in the Configuration "
                             "Mode (FMI 3.0, section 2.3.1)");
-                    return bf::generated::fmu3::for_each_structural(
-                        instance, "fmi3SetUInt64", references, count, size,
-                        [&](std::uint64_t& its, std::size_t i) { its = values[i]; });
+                    const auto each = [&](auto&& f) {
+                        return bf::generated::fmu3::for_each_structural(instance, "fmi3SetUInt64", references,
+                                                                        count, size, f);
+                    };
+                    bf::generated::Problem why;
+                    bool is_known = true;
+                    return each([&](std::uint64_t& its, std::size_t i) {
+                               is_known = is_known && instance.structure.has(&its, values[i], why);
+                           }) &&
+                           (is_known || instance.fail(why.text)) &&
+                           each([&](std::uint64_t& its, std::size_t i) { its = values[i]; });
                 })
 
 // Events.

@@ -5,6 +5,7 @@
 #include "bf/codegen/fmu_derivatives.hpp"
 
 #include <exception>
+#include <utility>
 
 namespace bf::generated {
 
@@ -128,6 +129,7 @@ void BF_FMI(FreeInstance)(void* handle) { delete bf::generated::instance_of(hand
 // States: one that is given again is written over.
 BF_FMI_FUNCTION(BF_FMI_STATE(Get), (void* handle, void** state), call, save_state, {
     if (!bf::generated::has_states(instance)) return false;
+    if (!state) return instance.fail("there is no place for the state");
     if (!*state) *state = new bf::generated::FmuState{nullptr, instance.order, {}, {}};
     instance.save(*static_cast<bf::generated::FmuState*>(*state));
     return true;
@@ -137,8 +139,7 @@ BF_FMI_FUNCTION(BF_FMI_STATE(Set), (void* handle, void* state), call, save_state
     return instance.restore(*static_cast<const bf::generated::FmuState*>(state));
 })
 BF_FMI_FUNCTION(BF_FMI_STATE(Free), (void* handle, void** state), call, save_state, {
-    delete static_cast<bf::generated::FmuState*>(*state);
-    *state = nullptr;
+    if (state) delete static_cast<bf::generated::FmuState*>(std::exchange(*state, nullptr));
     return true;
 })
 BF_FMI_FUNCTION(BF_FMI_STATE_SIZE, (void* handle, void* state, size_t* size), call, save_state, {
@@ -151,7 +152,7 @@ BF_FMI_FUNCTION(BF_FMI_STATE(Serialize), (void* handle, void* state, BF_FMI(Byte
                     if (!bf::generated::is_state(instance, state)) return false;
                     const auto& its = *static_cast<const bf::generated::FmuState*>(state);
                     if (size < its.size()) return instance.fail("the state needs more bytes");
-                    its.serialize(reinterpret_cast<unsigned char*>(bytes));
+                    its.serialize(reinterpret_cast<unsigned char*>(bytes), bf::generated::fmu_models.token);
                     return true;
                 })
 BF_FMI_FUNCTION(BF_FMI_DESERIALIZE, (void* handle, const BF_FMI(Byte) * bytes, size_t size, void** state),
@@ -159,9 +160,11 @@ BF_FMI_FUNCTION(BF_FMI_DESERIALIZE, (void* handle, const BF_FMI(Byte) * bytes, s
                     if (!bf::generated::has_states(instance)) return false;
                     *state = bf::generated::FmuState::deserialize(
                                  instance.tables(), instance.model_size(), instance.order,
+                                 bf::generated::fmu_models.token,
                                  reinterpret_cast<const unsigned char*>(bytes), size)
                                  .release();
-                    return *state || instance.fail("these bytes are no state of this FMU");
+                    return *state ||
+                           instance.fail("these bytes are no state of an instance of this kind of this FMU");
                 })
 
 // Model exchange.

@@ -129,6 +129,7 @@ class FmuInstance : public FmuModel {
             return false;
         }
         moment_.start = moment_.time = start;
+        moment_.stop = stop;
         if (start != 0)
             message(Level::warning, "logStatusWarning",
                     "the model counts its own time from 0, which is %g here", start);
@@ -166,6 +167,12 @@ class FmuInstance : public FmuModel {
                     "a step begins at %.17g s, but the last one ended at %.17g s", time, moment_.time);
         else if (!(step > 0 && step < 1e15))
             message(Level::error, "logStatusError", "a step of %g s cannot be done", step);
+        else if (time + step > moment_.stop + slack)
+            message(
+                Level::error, "logStatusError",
+                "a step to %.17g s cannot be done, as %.17g s was given as the stop time (FMI 2.0, section "
+                "2.1.6; FMI 3.0, section 2.3.2)",
+                time + step, moment_.stop);
         else
             return true;
         return false;
@@ -299,6 +306,8 @@ class FmuInstance : public FmuModel {
             memory_.save(to.model.data());
     }
     bool restore(const FmuState& from) {
+        if (from.order.is_co_simulation() != order.is_co_simulation())
+            return fail("the state is one of an instance of the other kind, co-simulation or model exchange");
         if (from.tables != &tables() && !become(*from.tables)) return false;
         if (host_ && from.moment.is_initialized && !initialize()) return false; // its blocks start
         order = from.order;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -33,14 +34,29 @@ class FmuStructure {
                                                                         : nullptr;
     }
 
+    /// Has one of the models that value? False, with the reason, where none has.
+    bool has(const std::uint64_t* parameter, std::uint64_t value, Problem& problem) const {
+        const auto p = int(parameter - values_.data());
+        std::set<std::uint64_t> known;
+        for (int m = 0; m < models_.count; ++m)
+            known.insert(models_.structure[m * models_.parameter_count + p]);
+        if (known.count(value) > 0) return true;
+        std::string all;
+        for (const auto one : known) all += (all.empty() ? "" : ", ") + std::to_string(one);
+        std::snprintf(problem.text, sizeof problem.text, "'%s' cannot be %s: the FMU was exported for %s",
+                      models_.parameters[p], std::to_string(value).c_str(), all.c_str());
+        return false;
+    }
     /// The model of these values; null, with the reason, where there is none.
     const FmuTables* chosen(Problem& problem) const {
-        std::string known;
+        std::set<std::vector<std::uint64_t>> all;
         for (int m = 0; m < models_.count; ++m) {
             const std::uint64_t* const its = models_.structure + m * models_.parameter_count;
             if (std::equal(values_.begin(), values_.end(), its)) return models_.first + m;
-            known += (known.empty() ? "" : "; ") + text(its);
+            all.emplace(its, its + models_.parameter_count);
         }
+        std::string known;
+        for (const auto& its : all) known += (known.empty() ? "" : "; ") + text(its.data());
         std::snprintf(problem.text, sizeof problem.text, "it was exported for no %s, but for: %s",
                       text(values_.data()).c_str(), known.c_str());
         return nullptr;

@@ -152,7 +152,6 @@ int DualRun::bind(int node, Phase phase, int index) {
     if (!kernel)
         throw NoRule(its.path + ": its derivative is not known step by step, as that of rules is; such "
                                 "gradients of runs go through standard blocks alone");
-    if (kernel->name == kernels::Chart::name) chart_ = its.path;
     auto& memory = views_.emplace_back(std::make_unique<kernels::View<Dual>[]>(call->operands.size()));
     const auto listed = static_cast<std::size_t>(std::max(call->list_size, 0));
     std::size_t plain = 0, list = call->operands.size() - (call->list_from >= 0 ? listed : 0);

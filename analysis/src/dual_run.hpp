@@ -52,8 +52,6 @@ class DualRun {
     double* adjoints(const Node::End& end) { return adjoints_.data() + place(end).now; }
     void remember(bool does); ///< what is done from now on
     std::size_t remembered() const { return done_.size(); }
-    /// A chart with variables, whose memory is gone through forwards alone; empty: there is none.
-    const std::string& chart() const { return chart_; }
     /// Undoes what was remembered since then, the last first: values are what they were, and each adjoint
     /// goes to what the quantity was computed from.
     void go_back(std::size_t to);
@@ -123,8 +121,7 @@ class DualRun {
     std::int64_t steps_ = 0;
 
     bool is_remembered_ = false;
-    std::vector<char> is_fixed_; ///< by first cell of a quantity: nothing changes it
-    std::string chart_;
+    std::vector<char> is_fixed_;   ///< by first cell of a quantity: nothing changes it
     std::vector<double> adjoints_; ///< by cell
     std::vector<Done> done_;
     std::vector<double> overwritten_;

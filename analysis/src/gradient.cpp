@@ -163,13 +163,8 @@ void go_through_rules(const Simulation& run, const std::vector<Element>& by, con
     DualRun dual(run);
     for (const auto& place : by)
         if (!is_state(d.slot(place.end).role)) dual.follow(place.end);
-    if (way == Way::adjoint && !dual.chart().empty())
-        throw NoRule(dual.chart() +
-                     ": what a chart remembers is gone through forwards alone; give --way forward, "
-                     "or leave --way out");
     Dual::is_at_corner = false;
-    result.is_adjoint = way == Way::adjoint || (way == Way::cheaper && dual.chart().empty() &&
-                                                is_cheaper_backwards(dual, by.size()));
+    result.is_adjoint = way == Way::adjoint || (way == Way::cheaper && is_cheaper_backwards(dual, by.size()));
     if (result.is_adjoint)
         go_backwards(d, dual, by, cost, horizon, result);
     else

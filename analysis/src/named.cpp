@@ -12,8 +12,18 @@ Node::End origin(const Diagram& d, const Node::End& end) {
 }
 
 bool is_written(const Diagram& d, int node, Phase phase, const Call::Reference& operand) {
-    return operand.is_written && (phase == Phase::output || operand.source != Call::Source::slot ||
-                                  d.slot({node, operand.slot}).role == Role::workspace);
+    if (!operand.is_written || operand.source != Call::Source::slot) return operand.is_written;
+    const Role role = d.slot({node, operand.slot}).role;
+    if (phase != Phase::output || role == Role::workspace) return role == Role::workspace;
+    // Rules count an output right behind their target among the targets, also where it is one that a rule
+    // before them wrote, which they read.
+    bool is_there = false;
+    for (const Call& rule : d.nodes[static_cast<std::size_t>(node)].block->declaration().output_rules) {
+        for (std::size_t k = 0; k < rule.operands.size(); ++k)
+            if (&rule.operands[k] == &operand) return k == 0 || !is_there;
+        is_there |= rule.writes(operand.slot);
+    }
+    return true;
 }
 
 Node::End find_state(const Diagram& d, const std::string& path) {

@@ -64,6 +64,47 @@ connections:
   cheap: cost.u2
 )m";
 
+/// A tank that a chart fills and empties: its valve, what it counted and when it closes remember the
+/// parameters of other steps.
+std::string tank(const std::string& solver, const std::string& period) {
+    return "model: tank\nstep: 0.01\nsolver: " + solver + R"m(
+blocks:
+  plan:
+    block: StateMachine
+    period: )m" +
+           period + R"m(
+    p: "[0.8 1.7 0.3]"
+    chart:
+      inputs: [level]
+      parameters: [full, flow, leak]
+      variables: {valve: 0, seen: 0, opened: 1}
+      outputs: [valve, seen]
+      states:
+        fill:
+          entry: "valve = flow*sqrt(opened); send pause after 0.35"
+          during: "valve = valve*(1 - leak*period) + leak*(full - level)^2"
+          transitions:
+            - {to: drain, if: level > 0.4, do: "seen = seen + level*full"}
+            - {on: pause, do: "opened = opened + leak*valve"}
+        drain:
+          entry: valve = -flow*opened
+          during: "seen = seen*full + sin(level)"
+          transitions: [{to: fill, after: 0.25}]
+  level: {block: Integrator, initial: 0.1}
+  out: {block: Gain, K: 0.9}
+  change: {block: Sum, signs: "+-"}
+  error: {block: Sum, signs: "++"}
+  cost: {block: Square}
+connections:
+  level: [plan.level, out, error.u1]
+  plan.valve: change.u1
+  out: change.u2
+  change: level
+  plan.seen: error.u2
+  error: cost
+)m";
+}
+
 /// The cost of a run, as `gradient` has it.
 double cost_of_run(Runs& session, double duration) {
     const auto& d = session.diagram;
@@ -264,6 +305,52 @@ TEST(Gradient, GoesBackThroughSampledClosedLoopsAsItGoesForward) {
     for (Eigen::Index i = 0; i < forward.slopes.size(); ++i)
         EXPECT_NEAR(adjoint.slopes[i], forward.slopes[i], 1e-11 * (1 + std::abs(forward.slopes[i])))
             << forward.names[static_cast<std::size_t>(i)];
+}
+
+TEST(Gradient, GoesBothWaysThroughWhatAChartRemembersAsCentralDifferencesOfRunsDo) {
+    using Way = GradientOptions::Way;
+    using Over = GradientOptions::Over;
+    constexpr double duration = 2.03, h = 1e-6;
+    const std::vector<std::string> names{"plan.p", "out.K", "level.initial"};
+    const std::vector<std::vector<double>> values{{0.8, 1.7, 0.3}, {0.9}, {0.1}};
+    for (const auto& [solver, period] : {std::pair("rk4", "0.05"), {"euler", "0.01"}, {"heun", "0.02"}}) {
+        const auto text = tank(solver, period);
+        const auto final_and_whole = [&](std::size_t which, std::size_t element, double by) {
+            Runs run(text);
+            auto other = values[which];
+            other[element] += by;
+            run.simulation->set_parameter(names[which], other);
+            run.simulation->start();
+            const auto trace = run.trace("cost", static_cast<int>(std::lround(duration / 0.01)) + 1);
+            double total = 0;
+            for (std::size_t k = 0; k + 1 < trace.size(); ++k) total += 0.01 * trace[k];
+            return std::pair(trace.back(), total);
+        };
+        const Runs session(text);
+        for (const auto over : {Over::all, Over::end}) {
+            GradientOptions options{
+                .by = names, .cost = "cost", .over = over, .duration = duration, .way = Way::forward};
+            const auto forward = gradient(session.diagram, options);
+            options.way = Way::adjoint;
+            const auto adjoint = gradient(session.diagram, options);
+            ASSERT_TRUE(adjoint.is_adjoint && !forward.is_adjoint);
+            EXPECT_EQ(adjoint.cost, forward.cost);
+            Eigen::Index i = 0;
+            for (std::size_t which = 0; which < names.size(); ++which)
+                for (std::size_t e = 0; e < values[which].size(); ++e, ++i) {
+                    const auto up = final_and_whole(which, e, h), down = final_and_whole(which, e, -h);
+                    const double difference = over == Over::end ? (up.first - down.first) / (2 * h)
+                                                                : (up.second - down.second) / (2 * h);
+                    const auto& name = forward.names[static_cast<std::size_t>(i)];
+                    EXPECT_GT(std::abs(difference), 1e-3) << name << ": it says nothing";
+                    EXPECT_NEAR(forward.slopes[i], difference, 1e-6 * (1 + std::abs(difference)))
+                        << solver << " " << name;
+                    EXPECT_NEAR(adjoint.slopes[i], forward.slopes[i],
+                                1e-11 * (1 + std::abs(forward.slopes[i])))
+                        << solver << " " << name;
+                }
+        }
+    }
 }
 
 TEST(Gradient, GoesBackWhereThatIsCheaperWhichIsWithManyParameters) {

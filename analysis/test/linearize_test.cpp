@@ -167,6 +167,21 @@ connections: {u: a, a: b, b: k, k: y}
     EXPECT_EQ(system.period, 0.1);
 }
 
+TEST(Linearize, GoesThroughVariablesOfAChartToTheirPorts) {
+    const auto system = linear(R"m(
+model: chart
+step: 0.1
+inputs: [u]
+outputs: [v, w]
+blocks:
+  m:
+    block: StateMachine
+    chart: {inputs: [u], variables: {v: 0, w: 0}, outputs: [w, v], states: {a: {entry: v = 3*u; w = v^2 + u}}}
+connections: {u: m.u, m.v: v, m.w: w}
+)m");
+    expect_near(system.D, matrix({{3}, {1}}));
+}
+
 TEST(Linearize, LeavesOutStatesThatNoInputReachesOrNoOutputSees) {
     const std::string text = R"m(
 model: m

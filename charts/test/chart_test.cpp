@@ -188,6 +188,50 @@ TEST(Charts, SendAtOnceWhatHasAComputedDelayBelowZero) {
     }
 }
 
+TEST(Charts, TakeOfEventsDueAtOneInstantThatSentFirstFirst) {
+    // Transitions name the events the other way round, and are read before actions of entry.
+    const auto order = [](const std::string& entry, const std::vector<double>& times, int first_input) {
+        Machine m = machine(R"({"run_to_completion": true, "events": ["one", "two"], "variables": ["order"],
+            "states": {"s": {"entry": ")" +
+                            entry + R"(", "transitions": [
+                {"on": "b", "do": "order = 10*order + 2"}, {"on": "a", "do": "order = 10*order + 1"},
+                {"on": "two", "do": "send b after 0.05"}, {"on": "one", "do": "send a after 0.2"}]}}})");
+        for (std::size_t k = 0; k < times.size(); ++k) {
+            const auto input = static_cast<int>(k) - first_input;
+            m.inputs = {{input == 0 ? 1. : 0.}, {input == 1 ? 1. : 0.}};
+            EXPECT_TRUE(m.step(times[k]));
+        }
+        return m.values[0];
+    };
+    EXPECT_EQ(order("send a after 0.3; send b after 0.3", {0, 0.1, 0.2, 0.3}, 9), 12);
+    EXPECT_EQ(order("send b after 0.3; send a after 0.3", {0, 0.1, 0.2, 0.3}, 9), 21);
+    EXPECT_EQ(order("send a after 0; send b after 0", {0}, 9), 12);
+    EXPECT_EQ(order("send a after 0.29; send b after 0.26", {0, 0.3}, 9), 21) << "the earlier one of a step";
+    EXPECT_EQ(order("send a after 0.3; send b after 0.3; cancel a; send a after 0.3", {0, 0.3}, 9), 21)
+        << "what is sent anew counts from then on";
+    ASSERT_GT(0.1 + 0.2, 0.25 + 0.05) << "of two roundings of one instant the order is not asked";
+    EXPECT_EQ(order("order = 0", {0, 0.1, 0.25, 0.3}, 1), 12);
+}
+
+TEST(Charts, TakeOneTransitionOfAStateInAStepWhicheverTimesAreOver) {
+    const auto counts = [](const std::string& transitions) {
+        Machine m = machine(R"({"variables": ["fast", "slow"], "states": {"s": {"transitions": [)" +
+                            transitions + R"(]}, "t": {}}})");
+        for (int k = 0; k <= 20; ++k) EXPECT_TRUE(m.step(0.1 * k));
+        return std::pair(m.values[0], m.values[1]);
+    };
+    const std::string fast = R"({"every": 0.1, "do": "fast = fast + 1"})",
+                      slow = R"({"every": 0.5, "do": "slow = slow + 1"})";
+    EXPECT_EQ(counts(fast + "," + slow), std::pair(20., 0.)) << "every period of it is missed";
+    EXPECT_EQ(counts(slow + "," + fast), std::pair(16., 4.));
+    EXPECT_EQ(
+        counts(R"({"after": 1, "to": "t", "do": "slow = 1"}, {"after": 1, "to": "t", "do": "fast = 1"})"),
+        std::pair(0., 1.));
+    EXPECT_EQ(counts(fast + R"(, {"after": 1, "to": "t", "do": "slow = 1"})"), std::pair(20., 0.));
+    EXPECT_EQ(counts(slow + R"(, {"after": 1, "to": "t", "do": "fast = fast + 1"})"), std::pair(1., 2.))
+        << "an `after` is still over a step later";
+}
+
 TEST(Charts, EveryCountsPeriodsWhateverTheStep) {
     for (const double T : {0.1, 0.3, 0.25, 0.7}) {
         Machine m = machine(R"({"parameters": ["T"], "variables": ["n"], "states": {

@@ -206,6 +206,20 @@ static void chart_happen(chart_step *chart, int32_t event)
     }
 }
 
+// When an event that is sent now is due. Of those due at one instant, but for rounding, the one sent first comes
+// first: this one is due later than they are, by a part of what a step takes for its time.
+static chart_number chart_due(const chart_step *chart, int32_t timer, chart_number at)
+{
+    chart_number due = at;
+    for (int32_t k = 0; k < chart_head(chart, chart_timers); ++k) {
+        const chart_number other = chart->due[k];
+        if ((k != timer) && (other >= due) && (other <= (at + (chart->late / (chart_number)2)))) {
+            due = other + (chart->late / (chart_number)64);
+        }
+    }
+    return due;
+}
+
 static void chart_perform(chart_step *chart, int32_t actions, chart_number time_in_state)
 {
     int32_t i = 0;
@@ -229,7 +243,8 @@ static void chart_perform(chart_step *chart, int32_t actions, chart_number time_
         case chart_send: {
             const chart_number delay = chart_value(chart->from, chart->cells, b);
             // A time below 0 would be no timer.
-            chart->due[a] = (delay > (chart_number)0) ? (chart->time + delay) : chart->time;
+            chart->due[a] =
+                chart_due(chart, a, (delay > (chart_number)0) ? (chart->time + delay) : chart->time);
             break;
         }
         case chart_cancel:

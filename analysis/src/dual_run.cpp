@@ -1,5 +1,6 @@
 #include "dual_run.hpp"
 
+#include "bf/base/names.hpp"
 #include "bf/engine/fixed_step.hpp"
 #include "bf/kernels/matrix.hpp"
 #include "bf/kernels/standard.hpp"
@@ -110,18 +111,31 @@ void DualRun::compile(const Statement& s, program::Pass pass, Code& code) {
     case Kind::solve:
         refuse(d_.plan.loops[static_cast<std::size_t>(s.number)].path,
                "the equations of an algebraic loop are not differentiated over a run; break it with a delay");
-    default:
-        refuse(path,
-               "triggers, iterations and events are not differentiated over a run; differentiate a model "
-               "without them");
+    default: refuse_jumps();
     }
+}
+
+void DualRun::refuse_jumps() const {
+    std::vector<std::string> all;
+    const auto add = [&](const std::string& path, const char* what) {
+        const auto text = "'" + path + "' " + what;
+        if (std::find(all.begin(), all.end(), text) == all.end()) all.push_back(text);
+    };
+    for (const auto& watched : program_.watched) // with fixed steps guards alone
+        add(d_.nodes[static_cast<std::size_t>(watched.end.node)].path, "has events");
+    for (const auto& memory : program_.memories)
+        add(d_.conditions[static_cast<std::size_t>(memory.condition)].path,
+            memory.is_reset ? "is reset" : "is triggered");
+    for (const auto& loop : d_.plan.loops)
+        if (loop.kind != Loop::Kind::algebraic) add(loop.path, "iterates");
+    refuse({}, name_list(all) +
+                   ", which is not differentiated over a run; differentiate a model without that, "
+                   "or by differences of runs");
 }
 
 const std::vector<Literal>& DualRun::tests(const std::vector<Literal>& literals) const {
     for (const auto& l : literals)
-        if (l.kind != Literal::Kind::flag && l.kind != Literal::Kind::signal)
-            refuse({}, "triggers and events are not differentiated over a run; differentiate a model without "
-                       "them");
+        if (l.kind != Literal::Kind::flag && l.kind != Literal::Kind::signal) refuse_jumps();
     return literals;
 }
 

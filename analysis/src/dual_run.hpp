@@ -104,6 +104,7 @@ class DualRun {
     void go_back_through_product(const Bound& task);
     template <class F> void for_each_chunk(const Bound& task, F&& f) const;
     [[noreturn]] void refuse(const std::string& where, const std::string& what) const;
+    [[noreturn]] void refuse_jumps() const; ///< names what has triggers, events or iterations
 
     const Diagram& d_;
     const program::Program program_;

@@ -1,9 +1,11 @@
 #include "bf/analysis/trim.hpp"
 
 #include "bf/analysis/linearize.hpp"
+#include "bf/base/names.hpp"
 #include "bf/base/numbers.hpp"
 #include "bf/core/registry.hpp"
 #include "look.hpp"
+#include "named.hpp"
 
 #include <Eigen/QR>
 #include <algorithm>
@@ -13,6 +15,7 @@
 #include <memory>
 #include <nvector/nvector_serial.h>
 #include <optional>
+#include <set>
 #include <sunlinsol/sunlinsol_dense.h>
 #include <sunmatrix/sunmatrix_dense.h>
 
@@ -193,6 +196,11 @@ class Trim {
                 }
         auto all = states_;
         all.insert(all.end(), inputs.begin(), inputs.end());
+        for (const auto* given : {&options.hold, &options.target})
+            for (const auto& [name, x] : *given)
+                if (!std::isfinite(x))
+                    throw RunError("'" + name + "' cannot come to " + number_text(x) +
+                                   "; give a finite number");
         for (const auto& [name, x] : options.hold)
             for (const auto& v : named(all, name, "state or input")) {
                 std::erase(inputs_, v.name);
@@ -393,6 +401,52 @@ class Trim {
         return result;
     }
 
+    /// Blocks on wires to that one which what is free reaches, and which do not pass it on.
+    std::vector<std::string> stops_before(const double* z, int to) {
+        const auto node = [&](int n) -> const DiagramNode& { return d_.nodes[static_cast<std::size_t>(n)]; };
+        const SignalFinder finder(d_);
+        LinearizeOptions options{.from = inputs_, .at_once = true};
+        std::vector<Node::End> looked;
+        for (const auto& one : finder.all())
+            if (slot(one.end).type == Type::float64) {
+                options.to.push_back(one.path);
+                looked.push_back(one.end);
+            }
+        std::set<int> moving, known;
+        for (const auto& v : unknowns_)
+            if (!is_state(slot(v.end).role)) moving.insert(v.end.node);
+        try {
+            go_to(z);
+            const auto system = linearize(run_, options);
+            Matrix by = Matrix::Zero(system.C.rows(), 1);
+            if (!inputs_.empty()) by += system.D.cwiseAbs().rowwise().sum();
+            for (const auto& v : unknowns_)
+                for (std::size_t i = 0; i < system.states.size(); ++i)
+                    if (system.states[i] == v.name)
+                        by += system.C.col(static_cast<Eigen::Index>(i)).cwiseAbs();
+            Eigen::Index row = 0;
+            for (const auto& end : looked) {
+                const int count = slot(end).size.count();
+                if (!by.middleRows(row, count).isZero(0)) moving.insert(end.node);
+                known.insert(end.node);
+                row += count;
+            }
+        } catch (const RunError&) { // it has no derivative there
+            return {};
+        }
+        const auto before = reached({to}, [&](int n, auto&& go) {
+            for (const auto& source : node(n).sources)
+                if (source.node >= 0) go(source.node);
+        });
+        std::vector<std::string> stops;
+        for (const int n : before)
+            if (known.contains(n) && !moving.contains(n) &&
+                std::ranges::any_of(node(n).sources,
+                                    [&](const auto& source) { return moving.contains(source.node); }))
+                stops.push_back("'" + node(n).path + "'");
+        return stops;
+    }
+
     [[noreturn]] void fail_there() {
         run_.restore(start_);
         throw RunError("no operating point was found: a step fails there; give other initial states");
@@ -404,6 +458,7 @@ class Trim {
                            : slot(of.end).role == Role::continuous_state ? " still moves, per second by "
                                                                          : " still moves, per sample by ";
         const Matrix by = slopes(z);
+        const auto stops = stops_before(z, of.end.node);
         run_.restore(start_);
         Eigen::Index most = 0;
         by.row(static_cast<Eigen::Index>(worst)).cwiseAbs().maxCoeff(&most);
@@ -418,6 +473,11 @@ class Trim {
         }
         if (!at_bounds.empty())
             text += at_bounds + " is at its bound; widen it, or ask for less";
+        else if (!stops.empty())
+            text +=
+                name_list(stops) + (stops.size() == 1 ? " passes" : " pass") +
+                " no small change on of what is free: it stands at a limit, has steps, or its gain is 0; ask "
+                "for less, widen the limit, or begin elsewhere";
         else if (by.row(static_cast<Eigen::Index>(worst)).cwiseAbs().maxCoeff() < 1e-9)
             text += "nothing that is free changes that; free another input, or hold another state";
         else

@@ -495,6 +495,25 @@ TEST(Gradient, RefusesByNameWhatIsNotDifferentiated) {
                       "connections: {one: b.u1, a: b.u2, b: a}\n",
                       {.by = {"a.K"}, .cost = "b"}),
            "the equations of an algebraic loop are not differentiated over a run");
+    const std::string remedy =
+        ", which is not differentiated over a run; differentiate a model without that, or by "
+        "differences of runs";
+    EXPECT_EQ(refusal_of("model: m\nstep: 0.1\nsolver: rk4\nblocks:\n  a: {block: Gain, K: -2}\n"
+                         "  relay: {block: Relay}\n  x: {block: Integrator, initial: 3}\n"
+                         "connections: {x: a, a: relay, relay: x}\n",
+                         options),
+              "'relay' has events" + remedy);
+    EXPECT_EQ(
+        refusal_of(
+            "model: m\nstep: 0.1\nblocks:\n  x: {block: Constant, value: 2}\n"
+            "  a: {block: Gain, K: 2}\n  often: {block: Pulse, period: 0.4}\n"
+            "  t: {execution: triggered, inputs: [u], outputs: [y], blocks: {g: {block: Gain}},\n"
+            "      connections: {u: g, g: y}}\n"
+            "  w: {execution: for, iterations: 3, inputs: [u], outputs: [y], blocks: {g: {block: Gain}},\n"
+            "      connections: {u: g, g: y}}\n"
+            "connections: {x: a, a: [t.u, w.u], often: t.trigger}\n",
+            options),
+        "'t' is triggered, 'w' iterates" + remedy);
 }
 
 } // namespace bf::analysis::test

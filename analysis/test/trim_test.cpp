@@ -174,6 +174,25 @@ TEST(Trim, SaysWhichVariableIsInTheWay) {
     EXPECT_EQ(refusal(pendulum, {.free = {"v"}}), "there is no input of the root 'v'; did you mean 'u'?");
     EXPECT_EQ(refusal(pendulum, {.free = {"u"}, .bounds = {{"u", 1, 1}}}),
               "the bounds of 'u' leave nothing between them");
+    EXPECT_EQ(refusal(pendulum, {.free = {"u"}, .target = {{"angle", std::nan("")}}}),
+              "'angle' cannot come to nan; give a finite number");
+    EXPECT_EQ(refusal(pendulum, {.hold = {{"u", -INFINITY}}}),
+              "'u' cannot come to -inf; give a finite number");
+}
+
+TEST(Trim, NamesWhatStandsAtALimitOnTheWay) {
+    // x' = sat(u) - x/2 rests at 2 at most.
+    const std::string limited = "model: m\nstep: 0.1\nsolver: rk4\ninputs: [u]\noutputs: [y]\nblocks:\n"
+                                "  limit: {block: Saturate, lower: -1, upper: 1}\n"
+                                "  loss: {block: Gain, K: 0.5}\n  s: {block: Sum, signs: +-}\n"
+                                "  x: {block: Integrator}\n  z: {block: Gain, K: 0}\n"
+                                "connections: {u: [limit, z], limit: s.u1, x: [loss, y], loss: s.u2, "
+                                "s: x}\n";
+    EXPECT_EQ(
+        refusal(limited, {.free = {"u"}, .target = {{"y", 3}}}),
+        "no operating point was found: 'x.x' still moves, per second by -0.500000, and 'limit' passes no "
+        "small change on of what is free: it stands at a limit, has steps, or its gain is 0; ask for less, "
+        "widen the limit, or begin elsewhere");
 }
 
 TEST(Trim, FindsARestOfWhateverIsSlow) {

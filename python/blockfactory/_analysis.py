@@ -23,7 +23,9 @@ def options(
     """One name stands for a list of it."""
     if loop and (from_ or to):
         raise WrongValue("a loop is named by one signal: give loop, or from_ and to")
-    names = [[one] if isinstance(one, str) else list(one) for one in (loop or from_, loop or to, open)]
+    from ._simulation import _listed
+
+    names = [_listed(one) or [] for one in (loop or from_, loop or to, open)]
     return _native._LinearizeOptions(names[0], names[1], names[2] + [loop] * bool(loop), all_states, False)
 
 
@@ -137,6 +139,8 @@ class LinearSystem:
 
     def step_response(self, duration: float = 0, *, output: str | int = 0, input: str | int = 0) -> StepResponse:
         """To a step of 1 from rest; without a duration until it has settled."""
+        if not 0 <= duration < float("inf"):
+            raise WrongValue(f"a response lasts 0 s, until it has settled, or longer, not {duration} s")
         return self._native._step_response(*self._pair(output, input), duration)
 
     # ---- pictures

@@ -7,6 +7,7 @@ import re
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, Union, overload
 
+from ._expression import real
 from .errors import RunError
 
 if TYPE_CHECKING:
@@ -178,6 +179,7 @@ class Writer:
             raise self._unknown(name)
         if value is None:  # which numpy takes for NaN
             raise TypeError(f"'{name}' is given None; write numbers, or return them")
+        real(value, f"'{name}'")
         try:
             array[...] = value
         except (TypeError, ValueError) as error:

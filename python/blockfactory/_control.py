@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from . import operations
-from ._expression import expression
+from ._expression import expression, real
 from .errors import UnknownName, WrongValue
 
 if TYPE_CHECKING:
@@ -15,7 +15,7 @@ _TYPES = ("StateSpace", "DiscreteStateSpace")
 
 
 def to_block(name: str, system: Any) -> operations.Block:
-    """A block of x' = A x + B u, y = C x + D u, or of x+ = ..., with the period of the system."""
+    """A block of x' = A x + B u, y = C x + D u, or of x+ = ..., with the period of the system; a Gain of y = D u."""
     if isinstance(system, tuple):
         if len(system) not in (4, 5):
             raise WrongValue("a state space is (A, B, C, D), or (A, B, C, D, period)")
@@ -30,15 +30,17 @@ def to_block(name: str, system: Any) -> operations.Block:
         raise WrongValue("the system is of discrete time without a period; give it one")
     import numpy
 
-    A, B, C, D = (numpy.atleast_2d(numpy.asarray(matrix, dtype=float)) for matrix in matrices)
+    given = [real(numpy.asarray(matrix), f"matrix {name}") for name, matrix in zip("ABCD", matrices)]
+    A, B, C, D = (numpy.atleast_2d(matrix.astype(float)) for matrix in given)
     n, inputs, outputs = len(A), B.shape[1], len(C)
-    for matrix, given, shape in (("A", A, (n, n)), ("B", B, (n, inputs)), ("C", C, (outputs, n)), ("D", D, (outputs, inputs))):
-        if given.shape != shape:
-            raise WrongValue(f"{matrix} has shape {given.shape}, but with the other matrices it must be {shape}")
+    for name_of, matrix, shape in (("A", A, (n, n)), ("B", B, (n, inputs)), ("C", C, (outputs, n)), ("D", D, (outputs, inputs))):
+        if matrix.shape != shape:
+            raise WrongValue(f"{name_of} has shape {matrix.shape}, but with the other matrices it must be {shape}")
     settings = [operations.Setting(key, expression(value)) for key, value in zip("ABCD", (A, B, C, D))]
-    return operations.Block(
-        name, type=_TYPES[bool(period)], period=expression(float(period)) if period else None, settings=settings
-    )
+    kind = _TYPES[bool(period)]
+    if n == 0:  # of which a block of a state space has one at least
+        kind, settings = "Gain", [operations.Setting("multiplication", "K*u"), operations.Setting("K", expression(D))]
+    return operations.Block(name, type=kind, period=expression(float(period)) if period else None, settings=settings)
 
 
 def from_block(model: LoadedModel, path: str) -> Any:
@@ -48,7 +50,7 @@ def from_block(model: LoadedModel, path: str) -> Any:
 
     block = model.blocks[path]
     if block.type not in _TYPES:
-        raise UnknownName(f"'{path}' is a {block.type}, not a state space")
+        raise UnknownName(f"'{path}' is of type {block.type}, not a state space")
     from ._simulation import Simulation
 
     values = Simulation(model).parameters

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Mapping
 from typing import Any
@@ -33,6 +34,20 @@ def expression(value: Any) -> str:
             return "[" + "; ".join(" ".join(expression(item) for item in row) for row in value) + "]"
         return "[" + " ".join(expression(item) for item in value) + "]"
     raise WrongValue(f"{value!r} is no value of a model; give a number, a truth value, an array, or the text of an expression")
+
+
+def real(value: Any, what: str) -> Any:
+    """That value, if it has no imaginary part, which numpy would leave out."""
+    if getattr(getattr(value, "dtype", None), "kind", "") == "c":
+        raise WrongValue(f"{what} is real, and given complex numbers; give one of their parts")
+    return value
+
+
+def setting(name: str, value: Any) -> str:
+    """Of a block: an expression, or a chart, which is a mapping as in a model's file."""
+    if name == "chart" and isinstance(value, Mapping):
+        return json.dumps(value, default=expression)
+    return expression(value)
 
 
 def changes(overrides: Mapping[str, Any] | None, variables: Mapping[str, Any]) -> list[tuple[str, str]]:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 import os
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from . import _native, operations
-from ._expression import changes, expression
+from ._expression import changes, expression, setting
 from ._packages import find_robots
 from .errors import FileError, UnknownName, WrongValue
 
@@ -51,7 +52,9 @@ class Named(Mapping[str, T], Generic[T]):
             only = [one for one in self._items if one.rpartition(".")[0] == path]
             if len(only) == 1 and self._kind != "block":
                 return self._items[only[0]]
-            raise UnknownName(f"there is no {self._kind} '{path}'{_near(path, self._items)}") from None
+            owners = Counter(one.rpartition(".")[0] for one in self._items if self._kind != "block")
+            near = _native._did_you_mean(str(path), [*(one for one, count in owners.items() if count == 1), *self._items])
+            raise UnknownName(f"there is no {self._kind} '{path}'{near}") from None
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._items)
@@ -64,13 +67,6 @@ class Named(Mapping[str, T], Generic[T]):
 
     def _ipython_key_completions_(self) -> list[str]:
         return list(self)
-
-
-def _near(name: str, known: Iterable[str]) -> str:
-    import difflib
-
-    near = difflib.get_close_matches(str(name), list(known), n=3)
-    return "; did you mean " + " or ".join(f"'{one}'" for one in near) + "?" if near else ""
 
 
 class LoadedModel:
@@ -345,11 +341,16 @@ class Model(_native.Model):
 
     # The operations that are wanted most, in short; the others are in blockfactory.operations.
 
-    def add(self, path: str, type: str, /, **settings: Any) -> Model:
-        """A new block of that type at a dotted path, with settings: m.add('controller.pd', 'Gain', K='Kp')."""
+    def add(
+        self, path: str, type: str, /, *, period: Any = None, offset: Any = None, when: Any = None, doc: str = "", **settings: Any
+    ) -> Model:
+        """A new block of that type at a dotted path, with settings: m.add('controller.pd', 'Gain', K='Kp'). Of every block are
+        `period` and `offset`, its sample time [s], `when`, the condition of a variant, and `doc`."""
         system, _, name = path.rpartition(".")
-        written = [operations.Setting(key, expression(value)) for key, value in settings.items()]
-        return self.edit(operations.Add(system, operations.Block(name, type=type, settings=written)))
+        written = [operations.Setting(key, setting(key, value)) for key, value in settings.items()]
+        when, period, offset = (None if value is None else expression(value) for value in (when, period, offset))
+        block = operations.Block(name, type=type, doc=doc, when=when, period=period, offset=offset, settings=written)
+        return self.edit(operations.Add(system, block))
 
     def add_state_space(self, path: str, system: Any) -> Model:
         """A block of x' = A x + B u, y = C x + D u: a system of python-control, which may be a transfer function, or
@@ -388,7 +389,7 @@ class Model(_native.Model):
         not written."""
         return self.edit(
             *(
-                operations.Set(path, name, None if value is None else expression(value))
+                operations.Set(path, name, None if value is None else setting(name, value))
                 for name, value in settings.items()
             )
         )
@@ -458,7 +459,8 @@ def examine(
     find_robots()
     target = model if isinstance(model, _native.Model) else Path(model)
     if isinstance(target, Path) and not target.is_file():
-        raise FileError(f"cannot read '{model!s}': there is no such file")
+        what = "it is a folder; give the name of a file" if target.is_dir() else "there is no such file"
+        raise FileError(f"cannot read '{model!s}': {what}")
     return LoadedModel(_native._examine(target, changes(overrides, variables), list(blocks)), blocks)
 
 

@@ -15,6 +15,9 @@ from numpy.typing import NDArray
 def _version() -> str:
     """That of the library."""
 
+def _did_you_mean(name: str, known: Sequence[str]) -> str:
+    """What follows a message about an unknown name."""
+
 class Diagnostic:
     """One thing that is wrong with a model: where, what, and what to do."""
 
@@ -381,6 +384,8 @@ class Margins:
     def is_stable(self) -> bool:
         """Is the closed loop?"""
 
+    def __repr__(self) -> str: ...
+
 class StepResponse:
     """Of a step of 1 at 0 s, from rest."""
 
@@ -462,6 +467,8 @@ class Gradient:
         """
         Paths of blocks that went in by central differences of single calls; none: it is exact.
         """
+
+    def __repr__(self) -> str: ...
 
 class _LinearizeOptions:
     def __init__(self, from_: Sequence[str], to: Sequence[str], open: Sequence[str], all_states: bool, by_differences: bool) -> None: ...

@@ -6,12 +6,13 @@ import atexit
 import math
 import os
 import weakref
-from collections.abc import Callable, Iterator, Mapping, MutableMapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, MutableMapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Union
 
 from . import _native
-from .errors import RunError, UnknownName
+from ._expression import real
+from .errors import RunError, UnknownName, WrongValue
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -51,7 +52,7 @@ class Parameters(_Values):
 
     def set(self, values: Mapping[str, Any]) -> None:
         """All of them, or none where one is refused."""
-        self._run._set_parameters(list(values.items()), False)
+        self._run._set_parameters([(path, real(value, f"'{path}'")) for path, value in values.items()], False)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._run._parameters())
@@ -71,7 +72,7 @@ class Variables(_Values):
         for known, values in self._run._variables():
             if known == name:
                 return values[0] if len(values) == 1 else values
-        raise UnknownName(f"the model has no variable '{name}' of numbers; known are {', '.join(self)}")
+        raise UnknownName(f"the model has no variable '{name}' of numbers{_native._did_you_mean(str(name), list(self))}")
 
     def __setitem__(self, name: str, value: Any) -> None:
         self.set({name: value})
@@ -99,7 +100,7 @@ class Inputs(_Values):
         return self._run._input(path)
 
     def __setitem__(self, path: str, value: Any) -> None:
-        self._run._set_input(path, value)
+        self._run._set_input(path, real(value, f"'{path}'"))
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._run._inputs())
@@ -238,9 +239,9 @@ class Simulation(_native.Simulation):
         in the way; the run then is where it was."""
         found, residuals = self._trim(
             _listed(free) or [],
-            list((hold or {}).items()),
-            list((target or {}).items()),
-            [(name, (float(low), float(high))) for name, (low, high) in (bounds or {}).items()],
+            [(name, _number(name, value)) for name, value in (hold or {}).items()],
+            [(name, _number(name, value)) for name, value in (target or {}).items()],
+            [(name, _limits(name, value)) for name, value in (bounds or {}).items()],
         )
         return dict(found), dict(residuals)
 
@@ -336,5 +337,25 @@ def _end() -> None:
                 pass
 
 
+def _number(name: str, value: Any) -> float:
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        raise WrongValue(f"'{name}' takes a number, and not {value!r}; name its elements one by one") from None
+
+
+def _limits(name: str, value: Any) -> tuple[float, float]:
+    try:
+        low, high = value
+    except (TypeError, ValueError):
+        raise WrongValue(f"the bounds of '{name}' are (lower, upper), and not {value!r}") from None
+    return _number(name, low), _number(name, high)
+
+
 def _listed(signals: str | Sequence[str] | None) -> list[str] | None:
-    return [signals] if isinstance(signals, str) else None if signals is None else list(signals)
+    if signals is None or isinstance(signals, str):
+        return signals if signals is None else [signals]
+    names = list(signals) if isinstance(signals, Iterable) else [signals]
+    if wrong := [one for one in names if not isinstance(one, str)]:
+        raise WrongValue(f"a name is a text, and not {wrong[0]!r}")
+    return names

@@ -6,7 +6,7 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Union
@@ -123,6 +123,9 @@ def sweep(
         if not Path(file).is_file():
             raise errors.FileError(f"there is no model file {file}")
     names = list(axes)
+    for name, all in axes.items():
+        if isinstance(all, str) or not isinstance(all, Iterable):
+            raise errors.WrongValue(f"a sweep takes a list of values of '{name}', and not {all!r}")
     values = [list(axes[name]) for name in names]
     task = {
         "parent": os.getpid(),

@@ -4,6 +4,7 @@
 #include "bf/analysis/gradient.hpp"
 #include "bf/analysis/linearize.hpp"
 #include "bf/analysis/response.hpp"
+#include "bf/base/numbers.hpp"
 
 #include <nanobind/eigen/dense.h>
 #include <nanobind/stl/complex.h>
@@ -40,7 +41,17 @@ void bind_results(nb::module_& m) {
         .def_ro("gain_crossover", &Margins::gain_crossover, "Where |L| = 1, of `phase` [rad/s].")
         .def_ro("bandwidth", &Margins::bandwidth,
                 "Of L/(1 + L): where it first is 3 dB below its value at 0 [rad/s].")
-        .def_ro("is_stable", &Margins::is_stable, "Is the closed loop?");
+        .def_ro("is_stable", &Margins::is_stable, "Is the closed loop?")
+        .def("__repr__", [](const Margins& m) {
+            char text[200];
+            std::snprintf(
+                text, sizeof text,
+                "<Margins: gain %.4g at %.4g rad/s, phase %.4g degrees at %.4g rad/s, delay %.4g s, "
+                "closed loop %s>",
+                m.gain, m.phase_crossover, m.phase, m.gain_crossover, m.delay,
+                m.is_stable ? "stable" : "unstable");
+            return std::string(text);
+        });
     nb::class_<StepResponse>(m, "StepResponse", "Of a step of 1 at 0 s, from rest.")
         .def_ro("_time", &StepResponse::time)
         .def_ro("_value", &StepResponse::value)
@@ -69,7 +80,13 @@ void bind_results(nb::module_& m) {
         .def_ro("is_adjoint", &Gradient::is_adjoint,
                 "It was found back from the cost to all parameters at once, else forward.")
         .def_ro("differenced", &Gradient::differenced,
-                "Paths of blocks that went in by central differences of single calls; none: it is exact.");
+                "Paths of blocks that went in by central differences of single calls; none: it is exact.")
+        .def("__repr__", [](const Gradient& g) {
+            std::string text = "<Gradient: cost " + number_text(g.cost);
+            for (std::size_t i = 0; i < std::min<std::size_t>(g.names.size(), 4); ++i)
+                text += ", by " + g.names[i] + " " + number_text(g.slopes[static_cast<Eigen::Index>(i)]);
+            return text + (g.names.size() > 4 ? ", ...>" : ">");
+        });
 }
 
 } // namespace

@@ -3,6 +3,7 @@
 
 #include "bf/base/files.hpp"
 #include "bf/codegen/generate.hpp"
+#include "bf/core/registry.hpp"
 #include "bf/model/location.hpp"
 
 #include <chrono>
@@ -167,6 +168,8 @@ NB_MODULE(_native, m) {
     nb::module_::import_("atexit").attr("register")(nb::cpp_function(end));
     m.def(
         "_version", [] { return BF_VERSION; }, "That of the library.");
+    m.def("_did_you_mean", &bf::did_you_mean, nb::arg("name"), nb::arg("known"),
+          "What follows a message about an unknown name.");
     bind_errors(m);
     bind_model(m);
     bind_recording(m);

@@ -57,6 +57,7 @@ def test_a_closed_loop_has_the_transfer_function_of_its_parts(loop):
 @pytest.mark.parametrize("k", [0.1, 1], ids=["stable", "unstable"])
 def test_margins_are_those_of_python_control(loop, k):
     m = bf.load(loop.file, {"pi.numerator": [2 * k, k]}).linearize(loop="plant").margins()
+    assert repr(m).startswith(f"<Margins: gain {m.gain:.4g} at ") and f"phase {m.phase:.4g} degrees" in repr(m)
     gain, phase, modulus, at_gain, at_phase, _ = control.stability_margins(k * L)
     assert m.is_stable == (k < 1) == bool(np.all(control.feedback(k * L, 1).poles().real < 0))
     assert (m.gain if k < 1 else m.gain_reduction) == pytest.approx(gain, rel=1e-6)
@@ -270,4 +271,6 @@ connections: {one: x, x: m.x, m.k: c}
     differences = [(cost(3 + h, 5) - cost(3, 5)) / h, (cost(3, 5 + h) - cost(3, 5)) / h]
     for way in ("forward", "adjoint"):
         found = m.simulate().gradient(["m.p"], cost="c", duration=1, way=way)
+        by = [f"by m.p[{i + 1}] {float(slope)!r}" for i, slope in enumerate(found.slopes)]
+        assert repr(found) == f"<Gradient: cost {found.cost!r}, {by[0]}, {by[1]}>"
         assert found.is_adjoint == (way == "adjoint") and found.slopes == pytest.approx(differences)

@@ -133,6 +133,10 @@ def wrong_shape(self, at, out):
     out.y = [1, 2]
 
 
+def imaginary(self, at, out):
+    out.y = 1j * at.u
+
+
 def text(self, at, out):
     out.y = "text"
 
@@ -159,6 +163,7 @@ def unknown_input(self, at, out):
         (raises, r"b: ZeroDivisionError: no \(braces\)"),
         (wrong_shape, r"b: ValueError: 'y' has shape \(3,\): .*\(2,\)"),
         (text, "b: ValueError: 'y' has shape"),
+        (imaginary, "b: WrongValue: 'y' is real, and given complex numbers; give one of their parts"),
         (unknown, "b: AttributeError: here is no 'z' to write; there is y"),
         (writes_input, "b: ValueError: .*read-only"),
         (replaces_input, "b: AttributeError: 'u' is read here; write outputs by out, states by next"),

@@ -38,6 +38,28 @@ def test_edits_keep_the_text_of_all_else_and_are_undone():
     assert m.redo() and "friction" in m.blocks
 
 
+def test_sample_time_doc_and_variant_are_of_every_block():
+    m = bf.Model("m").set("", step=0.1)
+    m.add("one", "Constant", value=3, period=0.2, doc="slow").add("end", "Terminator", when="1 == 1")
+    m.add("late", "Gain", period="T", offset=0.1).set_variable("T", 0.3)
+    m.connect("one", "late").connect("late", "end")
+    assert m.settings("one") == {"value": "3"}
+    assert m == bf.Model.parse(m.text)
+    assert bf.load(m).signals["late"].period == pytest.approx(0.3)
+    with pytest.raises(bf.ModelError, match="fast: the block has no argument or parameter 'rate'"):
+        bf.load(m.copy().add("fast", "Constant", rate=1))
+
+
+def test_a_chart_is_a_mapping_as_in_a_file():
+    chart = {"parameters": ["T"], "outputs": ["b"], "states": {"a": {"transitions": [{"to": "b", "after": "T"}]}, "b": {}}}
+    m = bf.Model("m").set("", step=0.1).add("plan", "StateMachine", p=0.2, chart=chart)
+    assert m == bf.Model.parse(m.text)
+    sim = bf.load(m).simulate()
+    assert sim.run(1, until="plan.b > 0") and sim["plan.time_in_state"] == 0
+    m.set("plan", chart={"outputs": ["c"], "states": {"c": {}}})
+    assert "plan.c" in bf.load(m).signals
+
+
 def test_an_edit_that_is_refused_changes_nothing():
     m = bf.Model.parse(OSCILLATOR)
     with pytest.raises(bf.ModelError, match="no block or port 'dampr'.*did you mean 'damper'"):

@@ -342,6 +342,32 @@ def test_a_function_ends_a_run_where_a_text_does(oscillator):
             oscillator.simulate().run(**how, until=lambda of: False)
 
 
+def test_what_is_no_name_and_no_number_is_refused_as_such(oscillator):
+    sim = oscillator.simulate()
+    for ask in (lambda: sim.record(3), lambda: oscillator.linearize(3), lambda: sim.trim(["position", 3])):
+        with pytest.raises(bf.WrongValue, match="a name is a text, and not 3"):
+            ask()
+    with pytest.raises(bf.WrongValue, match="'spring.K' is real, and given complex numbers"):
+        sim.parameters["spring.K"] = np.array(1 + 2j)
+    with pytest.raises(bf.WrongValue, match="a response lasts 0 s, until it has settled, or longer, not -1 s"):
+        oscillator.linearize("force", "position").step_response(-1)
+    with pytest.raises(bf.WrongValue, match="'position' takes a number, and not 'high'"):
+        sim.trim(target={"position": "high"})
+    with pytest.raises(bf.WrongValue, match=r"the bounds of 'position.x' are \(lower, upper\), and not 1"):
+        sim.trim(bounds={"position.x": 1})
+    with pytest.raises(bf.RunError, match="'position' cannot come to nan"):
+        sim.trim(target={"position": float("nan")})
+    with pytest.raises(bf.UnknownName, match="no variable 'kk' of numbers; did you mean 'k'"):
+        sim.variables["kk"]
+    with pytest.raises(bf.UnknownName, match="there is no signal 'positio'; did you mean 'position'"):
+        oscillator.signals["positio"]
+
+
+def test_a_folder_is_no_model():
+    with pytest.raises(bf.FileError, match="cannot read '.': it is a folder; give the name of a file"):
+        bf.load(".")
+
+
 def test_a_file_that_is_not_there_is_an_error_of_files():
     with pytest.raises(bf.FileError, match="cannot read 'nofile.yaml': there is no such file"):
         bf.load("nofile.yaml")

@@ -39,5 +39,8 @@ def test_what_is_asked_wrongly_is_raised(motor, tmp_path):
         bf.sweep(tmp_path / "no.yaml", {"a": [1]})
     with pytest.raises(bf.WrongValue):
         bf.sweep(motor, {"Gain.Kp": [object()]})
+    for value in (3, "12"):
+        with pytest.raises(bf.WrongValue, match="a sweep takes a list of values of 'Gain.Kp', and not"):
+            bf.sweep(motor, {"Gain.Kp": value})
     with pytest.raises(bf.RunError, match="at most 1000000"):
         bf.sweep(motor, {"Gain.Kp": [1] * 2000, "Gain.Ki": [1] * 2000})

@@ -76,7 +76,7 @@ class BagParser {
             const std::uint64_t at = size_ - left_;
             if (!part(header) || !part(bytes))
                 return visit_.defect("the file ends within the record that begins at byte " +
-                                     std::to_string(at) + ": the bag was cut");
+                                     std::to_string(at) + ": the bag was cut; 'rosbag reindex' mends it");
             try {
                 record(Fields(header), bytes);
             } catch (const Malformed& error) {

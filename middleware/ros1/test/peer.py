@@ -4,6 +4,7 @@ peer.py echo TYPE TOPIC N            prints N messages, a line each, and the md5
 peer.py send TYPE TOPIC HZ EXPR      sends what EXPR makes of m and k, the number of the message, until it is ended
 peer.py bag FILE COMPRESSION EXPR    writes a bag: EXPR calls write(topic, type, t, assignments to m)
 peer.py index FILE                   prints what rosbag's own reader has: topic, time in ns, message
+peer.py reindex FILE                 does what `rosbag reindex` does to a bag that was cut
 peer.py md5 TYPE...                  prints the md5 of the types, a line each
 peer.py robot NAMESPACE JOINT...     is a robot: integrates commands of efforts (as accelerations) and velocities, takes positions
                                      and ways at once, tells its joints in the other order; prints "let go" at zeros after others
@@ -70,6 +71,13 @@ def bag(path, compression, expression):
 def index(path):
     for topic, message, t in rosbag.Bag(path).read_messages():
         say(topic, t.to_nsec(), str(message).replace("\n", " | "))
+
+
+def reindex(path):
+    with rosbag.Bag(path, "a", allow_unindexed=True) as its:
+        for _ in its.reindex():
+            pass
+    say("reindexed")
 
 
 def md5(*names):

@@ -83,7 +83,8 @@ void RemoteConnection::start() {
     steps_ = 0;
     mode_command_ = asked_ = 0;
     is_open_ = true;
-    is_begun_ = is_driven_ = false;
+    is_begun_ = is_driven_ = has_come_ = false;
+    back_from_.reset();
     const double end = now() + options_.start_timeout;
     // Gains come on their own, and a step that reads them does not wait.
     bool has_state = false,
@@ -118,8 +119,11 @@ void RemoteConnection::stop() noexcept {
 }
 
 bool RemoteConnection::take() noexcept {
+    const double before = time();
     Stamp stamp;
     if (!link_->take_state(state_.data(), stamp)) return false;
+    if (has_come_ && time() < before) back_from_ = before; // links give nothing that is older
+    has_come_ = true;
     came_ = stamp.time;
     asked_ = 0;
     return true;
@@ -142,10 +146,14 @@ bool RemoteConnection::refresh() noexcept {
         if (!is_fitting()) return false;
         if (link_->is_gone())
             return fail("%s %s; the last state is of t = %g s", server_.c_str(), link_->how_gone(), time());
+        if (options_.follows && back_from_)
+            return fail("its time went back from t = %g s to t = %g s, so it has begun again; start this run "
+                        "anew",
+                        *back_from_, time());
         if (!options_.follows || now() - began > options_.timeout)
             return fail("no state for %g s, the last one is of t = %g s; look whether %s stands still, or "
                         "raise timeout",
-                        silence(), time(), server_.c_str());
+                        std::max(silence(), options_.follows ? now() - began : 0), time(), server_.c_str());
         link_->wait(std::min(0.05, options_.timeout));
         take();
     }

@@ -1,4 +1,5 @@
 // A connection to a robot, over a link that is none.
+#include "bf/middleware/clock.hpp"
 #include "bf/middleware/remote_robot.hpp"
 
 #include <algorithm>
@@ -8,10 +9,10 @@ namespace bf::middleware::test {
 namespace {
 
 /// A robot of one joint whose clock tells the time since 1970, as seconds and nanoseconds, and goes on by a
-/// millisecond in each state, from some state on ahead of that.
+/// millisecond in each state, from some state on by some milliseconds ahead of that.
 class ClockLink final : public RobotLink {
   public:
-    explicit ClockLink(int is_ahead_from) : is_ahead_from_(is_ahead_from) {}
+    explicit ClockLink(int is_ahead_from, int ahead = 5) : is_ahead_from_(is_ahead_from), ahead_(ahead) {}
     RobotDescription start(double) override {
         RobotDescription robot;
         robot.joints = {"knee"};
@@ -24,9 +25,9 @@ class ClockLink final : public RobotLink {
     void stop() noexcept override {}
     bool take_state(double* state, Stamp& stamp) noexcept override {
         const int step = std::max(states_ - 1, 0); // the start takes a state, too
-        const int ms = step + (step >= is_ahead_from_ ? 5 : 0);
+        const int ms = step + (step >= is_ahead_from_ ? ahead_ : 0);
         state[RobotLayout::time] = 1'795'000'000 + ms / 1000 + ms % 1000 * 1'000'000 / 1e9;
-        stamp = {static_cast<std::uint64_t>(++states_), 0};
+        stamp = {static_cast<std::uint64_t>(++states_), now()};
         return true;
     }
     bool take_gains(double*) noexcept override { return false; }
@@ -37,7 +38,7 @@ class ClockLink final : public RobotLink {
     const std::string& name() const noexcept override { return name_; }
 
   private:
-    const int is_ahead_from_;
+    const int is_ahead_from_, ahead_;
     int states_ = 0;
     const std::string name_ = "clock";
 };
@@ -58,6 +59,26 @@ TEST(RemoteConnection, TellsNoRoundoffOfTimesAsDrift) {
         robot.end_step();
     }
     EXPECT_NEAR(robot.drift(), 0.004, 1e-6) << "the step has ended that it belongs to";
+}
+
+TEST(RemoteConnection, EndsWhereTheTimeThatLeadsItGoesBack) {
+    for (const bool follows : {true, false}) {
+        RemoteConnection robot(std::make_unique<ClockLink>(50, -40),
+                               {.joints = {"knee"}, .follows = follows});
+        robot.set_period(0.001);
+        robot.start();
+        int steps = 0;
+        for (; steps < 100 && robot.begin_step(); ++steps) robot.end_step();
+        if (follows) {
+            EXPECT_EQ(steps, 50);
+            EXPECT_STREQ(robot.error(),
+                         "clock: its time went back from t = 1.795e+09 s to t = 1.795e+09 s, so "
+                         "it has begun again; start this run anew");
+        } else {
+            EXPECT_EQ(steps, 100) << "its own clock leads it";
+            EXPECT_NEAR(robot.drift(), -0.041, 0.002);
+        }
+    }
 }
 
 } // namespace bf::middleware::test

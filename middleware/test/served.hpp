@@ -1,13 +1,17 @@
 // A robot that a thread of the test serves, and diagrams that drive it.
 #pragma once
 
+#include "bf/middleware/clock.hpp"
 #include "bf/middleware/robot_host.hpp"
 #include "running.hpp"
 
+#include <algorithm>
 #include <atomic>
+#include <functional>
 #include <memory>
 #include <string>
 #include <thread>
+#include <unistd.h>
 #include <vector>
 
 namespace bf::middleware::test {
@@ -135,6 +139,96 @@ class Served {
     std::unique_ptr<RobotEnd> end;
     std::unique_ptr<RobotHost> host;
 };
+
+/// A server of one joint 'a' that is none of ours: a thread shows a state whenever `next` says its time, s.
+/// All that is measured is that time.
+class Pretended {
+  public:
+    Pretended(std::unique_ptr<RobotEnd> its_end, std::function<double()> next) : end(std::move(its_end)) {
+        RobotDescription robot;
+        robot.name = "pretended";
+        robot.period = 0.001;
+        robot.joints = {"a"};
+        robot.measurements = (1U << measurement_count) - 1;
+        for (auto* limits :
+             {&robot.position_min, &robot.position_max, &robot.velocity_min, &robot.velocity_max})
+            limits->setZero(1);
+        end->start(robot);
+        thread_ = std::thread([this, next = std::move(next), at = RobotLayout(robot)] {
+            std::vector<double> state(static_cast<std::size_t>(at.state_size()));
+            while (goes_on_) {
+                const double time = next();
+                std::fill(state.begin() + RobotLayout::state_head, state.end(), time);
+                state[RobotLayout::time] = time;
+                end->show_state(state.data(), now());
+            }
+        });
+    }
+    ~Pretended() {
+        goes_on_ = false;
+        thread_.join();
+    }
+    const std::unique_ptr<RobotEnd> end;
+
+  private:
+    std::atomic<bool> goes_on_{true};
+    std::thread thread_;
+};
+
+/// A clock of a server, a millisecond in each, which begins again when it is told to.
+struct Again {
+    double operator()() {
+        usleep(1000);
+        if (is_told->exchange(false)) step = 0;
+        return 1e-3 * ++step;
+    }
+    std::shared_ptr<std::atomic<bool>> is_told = std::make_shared<std::atomic<bool>>(false);
+    int step = 0;
+};
+
+/// A diagram that the clock of such a server leads ends with it, and one with a clock of its own goes on.
+inline void expect_end_where_time_goes_back(std::unique_ptr<RobotEnd> end, const std::string& robot,
+                                            const std::string& plugin) {
+    const Again clock;
+    const Pretended pretended(std::move(end), clock);
+    for (const std::string own : {"", ", clock: own"}) {
+        std::string block = robot;
+        Running run(diagram(block.replace(block.rfind('}'), 0, own), "", plugin));
+        for (int k = 0; k < 50; ++k) {
+            ASSERT_TRUE(run.step()) << run.simulation.failure();
+            if (!own.empty()) usleep(1000);
+        }
+        *clock.is_told = true;
+        int steps = 0;
+        for (; steps < 200 && run.step(); ++steps) usleep(own.empty() ? 0 : 1000);
+        if (own.empty()) {
+            EXPECT_LT(steps, 10);
+            EXPECT_NE(run.simulation.failure().find(": its time went back from t = 0."), std::string::npos)
+                << run.simulation.failure();
+        } else {
+            EXPECT_EQ(steps, 200) << run.simulation.failure();
+            EXPECT_LT(run.scalar("world.drift"), 0);
+        }
+    }
+}
+
+/// Each step has all of one state, the newest, however many come.
+inline void expect_the_newest_of_a_flood(std::unique_ptr<RobotEnd> end, const std::string& robot,
+                                         const std::string& plugin) {
+    const Pretended pretended(std::move(end), [k = 0]() mutable { return 1e-9 * ++k; });
+    std::string block = robot;
+    Running run(diagram(block.replace(block.rfind('}'), 0, ", clock: own"), "", plugin));
+    double last = 0;
+    for (int k = 0; k < 500; ++k) {
+        ASSERT_TRUE(run.step()) << run.simulation.failure();
+        const double time = run.scalar("world.time");
+        ASSERT_GE(time, last);
+        ASSERT_EQ(run.get("world.s")(0), time) << "of one state";
+        ASSERT_EQ(run.get("world.tau_measured")(0), time);
+        last = time;
+    }
+    EXPECT_GT(last, 1e-9 * 500) << "more than there are steps";
+}
 
 /// A controller is stepped by a multiple of the robot's period: each of its steps sees the state of its time.
 /// `world` is the block of the robot that is served, with a period of 0.001 s. The oracle is the same

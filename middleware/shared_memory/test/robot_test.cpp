@@ -294,6 +294,16 @@ TEST(SharedMemoryRobot, EndsTheRunWhenItsServerStandsStill) {
                     "look whether its server (process " + std::to_string(getpid()) + ") stands still");
 }
 
+TEST(SharedMemoryRobot, EndsTheRunWhereItsTimeGoesBack) {
+    middleware::test::expect_end_where_time_goes_back(
+        make_end(robot_name("again")), icub_at("again", ", joints: \"{'a'}\""), "SharedMemory");
+}
+
+TEST(SharedMemoryRobot, ShowsTheNewestStateOfAServerThatFloods) {
+    middleware::test::expect_the_newest_of_a_flood(make_end(robot_name("flood")),
+                                                   icub_at("flood", ", joints: \"{'a'}\""), "SharedMemory");
+}
+
 TEST(SharedMemoryRobot, SaysWhatDoesNotFit) {
     const std::string here = "world: robot '" + robot_name("wrong") + "' in shared memory: ";
     const std::string quick = ", start_timeout: 0.05";

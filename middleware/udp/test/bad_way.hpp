@@ -1,8 +1,11 @@
-// A way between two programs that loses, doubles, delays and turns round datagrams, and remembers them.
+// A key, and a way between two programs that loses, doubles, delays and turns round datagrams, and remembers
+// them.
 #pragma once
 
 #include <atomic>
 #include <chrono>
+#include <filesystem>
+#include <fstream>
 #include <map>
 #include <mutex>
 #include <netinet/in.h>
@@ -11,11 +14,23 @@
 #include <stdexcept>
 #include <string>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <thread>
 #include <unistd.h>
 #include <vector>
 
 namespace bf::udp::test {
+
+/// A key of the tests alone.
+inline std::string key_file(const std::string& name = "good") {
+    const auto file =
+        std::filesystem::temp_directory_path() / ("bf_udp_" + std::to_string(getpid()) + "_" + name);
+    if (!std::filesystem::exists(file)) {
+        std::ofstream(file) << name << "-0123456789abcdef\n";
+        chmod(file.c_str(), 0600);
+    }
+    return file.string();
+}
 
 /// A socket of this computer at any free port.
 inline int local_socket(int port = 0) {

@@ -11,7 +11,6 @@
 #include <fstream>
 #include <functional>
 #include <set>
-#include <sys/stat.h>
 
 namespace bf::udp::test {
 namespace {
@@ -25,17 +24,6 @@ using middleware::test::wires;
 using toolbox::test::expect_contains;
 using toolbox::test::refusal;
 using toolbox::test::Running;
-
-/// A key of the tests alone.
-std::string key_file(const std::string& name = "good") {
-    const auto file =
-        std::filesystem::temp_directory_path() / ("bf_udp_" + std::to_string(getpid()) + "_" + name);
-    if (!std::filesystem::exists(file)) {
-        std::ofstream(file) << name << "-0123456789abcdef\n";
-        chmod(file.c_str(), 0600);
-    }
-    return file.string();
-}
 
 std::string diagram(const std::string& blocks, const std::string& connections = "") {
     return middleware::test::diagram(blocks, connections, "Udp");
@@ -400,6 +388,12 @@ TEST(UdpRobot, TakesTheNewestStateFromAServerThatFloods) {
     }
     EXPECT_EQ(remote.scalar("world.rejected"), 0);
     EXPECT_LT(remote.scalar("world.age"), 1) << "newer ones have come";
+}
+
+TEST(UdpRobot, EndsTheRunWhereItsTimeGoesBack) {
+    const int port = free_port();
+    middleware::test::expect_end_where_time_goes_back(make_end(std::to_string(port), key_file()),
+                                                      icub_at(port, ", joints: \"{'a'}\""), "Udp");
 }
 
 TEST(UdpRobot, EndsTheRunWhenItsServerStandsStillOrIsAnotherOne) {

@@ -29,6 +29,13 @@ Eigen::Vector3d roll_pitch_yaw(const Eigen::Vector4d& q) {
             std::atan2(R(1, 0), R(0, 0))};
 }
 
+Eigen::Vector4d quaternion_of(const Eigen::Vector3d& rpy) {
+    const Eigen::Quaterniond q = Eigen::AngleAxisd(rpy.z(), Eigen::Vector3d::UnitZ()) *
+                                 Eigen::AngleAxisd(rpy.y(), Eigen::Vector3d::UnitY()) *
+                                 Eigen::AngleAxisd(rpy.x(), Eigen::Vector3d::UnitX());
+    return q.coeffs();
+}
+
 void RobotTopics::halt(double) { throw std::runtime_error("it cannot be stepped"); }
 
 namespace {

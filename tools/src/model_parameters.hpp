@@ -31,7 +31,7 @@ std::unique_ptr<ModelParameters> serve_parameters(const std::string& option, con
                                                   const LoadedModel& loaded, Simulation& simulation,
                                                   Recorder* recorder);
 
-/// What is wrong with a namespace of ROS 2, which says itself what its parts may be; empty: nothing.
+/// What is wrong with a namespace of ROS, which says itself what its parts may be; empty: nothing.
 inline std::string wrong_namespace(const std::string& name) {
     return name.empty() || name.front() != '/' ? "write a namespace that begins with /, such as / or /icub"
                                                : "";

@@ -220,8 +220,8 @@ void add_serve(CLI::App& app) {
         "Without --realtime the model's time stands still until a controller has done its step, so that "
         "every run is "
         "the same,\nbit for bit; with it the model runs by the clock, and controllers keep up with it.\n"
-        "A diagram drives the robot by the block SharedMemory/Robot, Udp/Robot, Yarp/Robot or Ros2/Robot in "
-        "place of its world.\n"
+        "A diagram drives the robot by the block Robot of SharedMemory, Udp, Yarp, Ros1 or Ros2 in place of "
+        "its world.\n"
         "Example: bf serve examples/icub_balancing/balancing.yaml --set \"robot_is='served'\" --shm icub");
     command->callback([options, choices] {
         std::erase_if(options->of_way, [](const auto& option) { return option.second.empty(); });

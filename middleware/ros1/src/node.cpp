@@ -1,6 +1,6 @@
 #include "node.hpp"
 
-#include "bf/core/interrupt.hpp"
+#include "master.hpp"
 
 #include <arpa/inet.h>
 #include <cerrno>
@@ -16,7 +16,6 @@
 #include <stdexcept>
 #include <sys/socket.h>
 #include <thread>
-#include <xmlrpcpp/XmlRpc.h>
 
 namespace bf::ros1 {
 
@@ -37,23 +36,21 @@ namespace {
 std::mutex session_mutex; ///< of roscpp, which has one node for all of a program
 int sessions = 0;
 
-/// Does a master answer, within some seconds? roscpp itself waits for one that does not for ever.
-bool has_master() {
-    XmlRpc::XmlRpcClient client(ros::master::getHost().c_str(), static_cast<int>(ros::master::getPort()),
-                                "/");
-    XmlRpc::XmlRpcValue arguments, answer;
-    arguments[0] = ros::this_node::getName();
-    if (!client.executeNonBlock("getPid", arguments)) return false;
-    XmlRpc::XmlRpcDispatch dispatch;
-    dispatch.addSource(&client, XmlRpc::XmlRpcDispatch::WritableEvent | XmlRpc::XmlRpcDispatch::Exception);
-    bool is_done = false;
-    for (const double end = middleware::now() + 5;
-         !is_done && middleware::now() < end && !is_interrupted();) {
-        dispatch.work(0.02);
-        is_done = client.executeCheckDone(answer);
-    }
-    dispatch.removeSource(&client);
-    return is_done && !client.isFault() && answer.valid();
+Address master() { return {ros::master::getHost(), ros::master::getPort()}; }
+
+/// Does another program that runs have the name of this node? The master would end it when we come.
+bool is_taken(const std::string& name) {
+    XmlRpc::XmlRpcValue arguments;
+    arguments[0] = name;
+    arguments[1] = name;
+    auto uri = ask(master(), "lookupNode", arguments, 5);
+    Address its{};
+    if (!uri || uri->getType() != XmlRpc::XmlRpcValue::TypeString ||
+        !ros::network::splitURI(static_cast<std::string>(*uri), its.host, its.port))
+        return false;
+    XmlRpc::XmlRpcValue caller;
+    caller[0] = name;
+    return ask(its, "getPid", caller, 1).has_value(); // one that was killed is still known
 }
 
 /// roscpp takes messages from this computer alone when it is told a name such as localhost, but its port for
@@ -91,9 +88,14 @@ void begin_session(const NodeOptions& options) {
     } catch (const ros::Exception& error) {
         throw std::runtime_error(std::string("ROS 1 refuses the node: ") + error.what());
     }
-    if (!has_master())
+    XmlRpc::XmlRpcValue caller;
+    caller[0] = ros::this_node::getName();
+    if (!ask(master(), "getPid", caller, 5))
         throw std::runtime_error("no master of ROS 1 answers at " + ros::master::getURI() +
                                  "; start roscore, or say by ROS_MASTER_URI where it is");
+    if (is_taken(ros::this_node::getName()))
+        throw std::runtime_error("another program is the node '" + ros::this_node::getName() +
+                                 "' of ROS 1; end it, or give this one another name or namespace");
     ros::master::setRetryTimeout(ros::WallDuration(5)); // otherwise calls wait for a master that is gone
     ros::start();
     const std::string host = ros::network::getHost();
@@ -110,12 +112,12 @@ void begin_session(const NodeOptions& options) {
 Session::Session(const NodeOptions& options) {
     static std::unique_ptr<const NodeOptions> first;
     const std::lock_guard lock(session_mutex);
-    if (first && (first->name != options.name || first->remap != options.remap))
+    if (first && !options.joins && (first->name != options.name || first->remap != options.remap))
         throw std::runtime_error("a program is one node of ROS 1, and this one is '" + first->name +
                                  "'; give all nodes and robots of the model the same name and remap");
     if (sessions == 0) {
-        first = std::make_unique<const NodeOptions>(options);
-        begin_session(options);
+        if (!first) first = std::make_unique<const NodeOptions>(options);
+        begin_session(*first);
     }
     ++sessions;
 }
@@ -187,8 +189,9 @@ void Node::publish(const TopicOptions& topic, const std::shared_ptr<middleware::
     outbox_.add(end);
 }
 
-std::shared_ptr<void> Node::hear(const TopicOptions& topic, std::function<void(const Message&)> taken,
-                                 std::function<void(const std::string&)> refused) {
+std::shared_ptr<ros::Subscriber> Node::hear(const TopicOptions& topic,
+                                            std::function<void(const Message&)> taken,
+                                            std::function<void(const std::string&)> refused) {
     const auto receive = [message = std::static_pointer_cast<Message>(topic.type->make()), type = topic.type,
                           taken = std::move(taken),
                           refused = std::move(refused)](const ros::MessageEvent<const Raw>& event) {
@@ -219,6 +222,36 @@ std::shared_ptr<void> Node::hear(const TopicOptions& topic, std::function<void(c
     } catch (const ros::Exception& error) {
         throw std::runtime_error("topic '" + topic.name + "': " + error.what());
     }
+}
+
+std::shared_ptr<ros::ServiceServer> Node::offer(const std::string& name, const ServiceType& type,
+                                                std::function<void(const Message&, Message&)> answer) {
+    using Spec = ros::ServiceSpec<Raw, Raw>;
+    const auto call = [request = std::static_pointer_cast<Message>(type.request->make()),
+                       response = std::static_pointer_cast<Message>(type.response->make()), type,
+                       answer = std::move(answer)](const Raw& asked, Raw& answered) {
+        type.request->decode(asked.bytes, *request); // whoever sends something else is told so
+        answer(*request, *response);
+        type.response->encode(*response, answered.bytes);
+        return true;
+    };
+    ros::AdvertiseServiceOptions options;
+    options.service = name;
+    options.md5sum = type.md5;
+    options.datatype = type.name;
+    options.req_datatype = type.request->name();
+    options.res_datatype = type.response->name();
+    options.helper = boost::make_shared<ros::ServiceCallbackHelperT<Spec>>(call);
+    ros::ServiceServer server;
+    try {
+        server = handle_->advertiseService(options);
+    } catch (const ros::Exception& error) {
+        throw std::runtime_error("service '" + name + "': " + error.what());
+    }
+    if (!server)
+        throw std::runtime_error("the service '" + name +
+                                 "' cannot be offered; look whether this program has it already");
+    return std::make_shared<ros::ServiceServer>(std::move(server));
 }
 
 std::shared_ptr<middleware::Incoming> Node::subscribe(const TopicOptions& topic, middleware::Wanted wanted) {

@@ -17,6 +17,7 @@ struct NodeOptions {
     std::string name = "blockfactory";
     std::vector<std::string> remap = {}; ///< each as from:=to
     std::string name_space = "/";        ///< in which names are that do not begin with /
+    bool joins = false;                  ///< it is whatever node its program is, where that is one already
 };
 
 /// A share of roscpp, which is open from the first of them to the last. Its name and what is remapped stay
@@ -62,9 +63,20 @@ class Node final : public Connection {
 
     /// Calls `taken` in the node's thread for each message, or `refused` with what is wrong with it, as long
     /// as somebody has what is returned.
-    std::shared_ptr<void> hear(const TopicOptions& topic, std::function<void(const Message&)> taken,
-                               std::function<void(const std::string&)> refused);
+    std::shared_ptr<ros::Subscriber> hear(const TopicOptions& topic,
+                                          std::function<void(const Message&)> taken,
+                                          std::function<void(const std::string&)> refused);
     std::shared_ptr<Publisher> advertise(const TopicOptions& topic);
+    /// Calls `answer(request, response)` in the node's thread for each call, as long as somebody has what is
+    /// returned.
+    std::shared_ptr<ros::ServiceServer> offer(const std::string& name, const ServiceType& type,
+                                              std::function<void(const Message&, Message&)> answer);
+    /// The thread that sends looks at it as long as somebody else has it, too.
+    void add(const std::shared_ptr<middleware::Sender>& sender) { outbox_.add(sender); }
+    /// Wakes that thread; in steps, too.
+    middleware::Bell& bell() noexcept { return outbox_.bell(); }
+    /// Ends that thread before the node.
+    void stop_sending() noexcept { outbox_.close(); }
 
   private:
     const NodeOptions options_;

@@ -1,5 +1,13 @@
 // The plugin Ros1.
+#include "bf/middleware/served_robot.hpp"
 #include "connection.hpp"
+#include "robot.hpp"
+
+extern "C" bf::middleware::ServedRobot* bf_serve_robot_v1(const bf::middleware::ServeRequest& request) {
+    return bf::middleware::make_served_robot(request.path, request,
+                                             bf::ros1::make_end(request.option("ros1"), request.host.waits))
+        .release();
+}
 
 extern "C" void bf_plugin_v1(bf::Library& library) {
     bf::ros1::add_node(library);

@@ -1,6 +1,7 @@
 // A robot behind joint states and the topics of ros_control's controllers.
-#include "bf/middleware/topic_robot.hpp"
-#include "node.hpp"
+#include "robot.hpp"
+
+#include "draft.hpp"
 
 #include <cstring>
 #include <mutex>
@@ -8,44 +9,52 @@
 
 namespace bf::ros1 {
 
+std::vector<double> numbers(const MessageType& type, const Message& message, const char* path) {
+    const Field& field = *type.field(path);
+    std::vector<double> all(field.length(&message));
+    field.read(&message, all.data(), all.size());
+    return all;
+}
+
 namespace {
 
 using middleware::JointStates;
 
-/// A message whose fields are set by their paths, and sent.
-class Outlet final : public middleware::CommandTopic {
+class Commands final : public middleware::CommandTopic {
   public:
-    Outlet(Node& node, const std::string& topic, const char* type,
-           const std::vector<std::string>& joints = {})
-        : type_(MessageType::find(type)), message_(std::static_pointer_cast<Message>(type_->make())),
-          publisher_(node.advertise({topic, type_, 1})) {
-        if (joints.empty()) return;
-        point_type_ = MessageType::find("trajectory_msgs/JointTrajectoryPoint");
-        point_ = std::static_pointer_cast<Message>(point_type_->make());
-        type_->field("joint_names")->write(message_.get(), joints);
-    }
+    Commands(Node& node, const std::string& topic) : publisher_(node.advertise({topic, draft_.type(), 1})) {}
     int readers() const noexcept override { return publisher_->readers(); }
-    void send(std::span<const double> values, double duration) noexcept override {
-        raw_.bytes.clear();
-        if (!point_) {
-            type_->field("data")->write(message_.get(), values.data(), values.size());
-            type_->encode(*message_, raw_.bytes);
-        } else { // a way of one point; the list of points is last
-            point_type_->field("positions")->write(point_.get(), values.data(), values.size());
-            point_type_->field("time_from_start")->write(point_.get(), &duration, 1);
-            type_->encode(*message_, raw_.bytes);
-            constexpr std::uint32_t one = 1;
-            std::memcpy(raw_.bytes.data() + raw_.bytes.size() - sizeof one, &one, sizeof one);
-            point_type_->encode(*point_, raw_.bytes);
-        }
-        publisher_->publish(raw_);
+    void send(std::span<const double> values, double) noexcept override {
+        draft_.set("data", values);
+        publisher_->publish(draft_.raw());
     }
 
   private:
-    std::shared_ptr<const MessageType> type_, point_type_;
-    std::shared_ptr<Message> message_, point_;
-    std::shared_ptr<Publisher> publisher_;
-    Raw raw_;
+    Draft draft_{"std_msgs/Float64MultiArray"};
+    const std::shared_ptr<Publisher> publisher_;
+};
+
+/// Ways of one point.
+class Ways final : public middleware::CommandTopic {
+  public:
+    Ways(Node& node, const std::string& topic, const std::vector<std::string>& joints)
+        : publisher_(node.advertise({topic, draft_.type(), 1})) {
+        draft_.set("joint_names", joints);
+    }
+    int readers() const noexcept override { return publisher_->readers(); }
+    void send(std::span<const double> values, double duration) noexcept override {
+        point_.set("positions", values);
+        point_.set("time_from_start", duration);
+        Raw raw = draft_.raw(); // the list of points is last, and empty
+        constexpr std::uint32_t one = 1;
+        std::memcpy(raw.bytes.data() + raw.bytes.size() - sizeof one, &one, sizeof one);
+        point_.append_to(raw.bytes);
+        publisher_->publish(raw);
+    }
+
+  private:
+    Draft draft_{"trajectory_msgs/JointTrajectory"}, point_{"trajectory_msgs/JointTrajectoryPoint"};
+    const std::shared_ptr<Publisher> publisher_;
 };
 
 class Topics final : public middleware::RobotTopics {
@@ -99,11 +108,11 @@ class Topics final : public middleware::RobotTopics {
                     });
     }
     std::unique_ptr<middleware::CommandTopic> commands(const std::string& topic) override {
-        return std::make_unique<Outlet>(node_, topic, "std_msgs/Float64MultiArray");
+        return std::make_unique<Commands>(node_, topic);
     }
     std::unique_ptr<middleware::CommandTopic> ways(const std::string& topic,
                                                    const std::vector<std::string>& joints) override {
-        return std::make_unique<Outlet>(node_, topic, "trajectory_msgs/JointTrajectory", joints);
+        return std::make_unique<Ways>(node_, topic, joints);
     }
 
   private:
@@ -118,13 +127,6 @@ class Topics final : public middleware::RobotTopics {
                 refusal_ = why;
             });
     }
-    static std::vector<double> numbers(const MessageType& type, const Message& message, const char* path) {
-        const Field& field = *type.field(path);
-        std::vector<double> all(field.length(&message));
-        field.read(&message, all.data(), all.size());
-        return all;
-    }
-
     static double stamp(const MessageType& type, const Message& message) {
         return numbers(type, message, "header.stamp")[0];
     }
@@ -157,21 +159,19 @@ class RobotBlock final : public middleware::RemoteRobot {
         this, "states", {.initial = "joint_states", .doc = "topic of sensor_msgs/JointState"}};
     Argument<std::string> effort{this,
                                  "effort",
-                                 {.initial = "effort_controller/command",
+                                 {.initial = CommandTopics{}.effort,
                                   .doc = "topic of the mode Torque: std_msgs/Float64MultiArray, as an "
                                          "effort controller takes it; empty: there is none"}};
     Argument<std::string> velocity{
-        this,
-        "velocity",
-        {.initial = "velocity_controller/command", .doc = "of the mode Velocity, the same"}};
+        this, "velocity", {.initial = CommandTopics{}.velocity, .doc = "of the mode Velocity, the same"}};
     Argument<std::string> position{
         this,
         "position",
-        {.initial = "position_controller/command", .doc = "of the mode Position Direct, the same"}};
+        {.initial = CommandTopics{}.position, .doc = "of the mode Position Direct, the same"}};
     Argument<std::string> trajectory{
         this,
         "trajectory",
-        {.initial = "joint_trajectory_controller/command",
+        {.initial = CommandTopics{}.trajectory,
          .doc = "of the mode Position: trajectory_msgs/JointTrajectory; empty: there is none"}};
     Argument<std::vector<std::string>> wrenches{
         this, "wrenches", {.doc = "force/torque sensors, each as name=topic of geometry_msgs/WrenchStamped"}};

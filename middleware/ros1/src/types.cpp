@@ -7,6 +7,8 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
+#include <optional>
 #include <set>
 #include <sstream>
 #include <stdexcept>
@@ -202,21 +204,29 @@ std::vector<fs::path> folders() {
     return all;
 }
 
-/// Empty: there is no such file.
-std::string message_file(const std::string& package, const std::string& type) {
+/// Of a kind such as msg. Nothing: there is no such file.
+std::optional<std::string> file_of(const std::string& package, const std::string& kind,
+                                   const std::string& type) {
     for (const auto& folder : folders())
         for (const auto& its : {folder / package, folder}) {
             if (its.filename() != package && (its / "").parent_path().filename() != package) continue;
-            std::ifstream file(its / "msg" / (type + ".msg"));
-            std::ostringstream text;
-            if (file && text << file.rdbuf()) return text.str();
+            std::ifstream file(its / kind / (type + "." + kind));
+            if (file) return std::string(std::istreambuf_iterator<char>(file), {});
         }
-    return "";
+    return {};
+}
+std::string message_file(const std::string& package, const std::string& type) {
+    return file_of(package, "msg", type).value_or("");
+}
+std::string searched() {
+    std::string all;
+    for (const auto& folder : folders()) all += (all.empty() ? "" : ", ") + folder.string();
+    return all;
 }
 
 struct Name {
     /// Of "sensor_msgs/Imu" or "sensor_msgs/msg/Imu". No other text may reach files.
-    explicit Name(const std::string& text) {
+    explicit Name(const std::string& text, const std::string& kind = "msg") {
         const auto first = text.find('/'), last = text.rfind('/');
         const auto is_name = [](const std::string& word) {
             return !word.empty() && std::isalpha(static_cast<unsigned char>(word.front())) &&
@@ -227,9 +237,11 @@ struct Name {
             type = text.substr(last + 1);
         }
         if (!is_name(package) || !is_name(type) ||
-            (first != last && text.substr(first, last - first) != "/msg"))
-            throw std::runtime_error("'" + text +
-                                     "' is no type of message; write package/Type, such as sensor_msgs/Imu");
+            (first != last && text.substr(first, last - first) != "/" + kind))
+            throw std::runtime_error("'" + text + "' is no type of " +
+                                     (kind == "msg"
+                                          ? "message; write package/Type, such as sensor_msgs/Imu"
+                                          : "service; write package/Type, such as std_srvs/SetBool"));
     }
     std::string whole() const { return package + "/" + type; }
     std::string package, type;
@@ -262,17 +274,26 @@ std::string whole_definition(const Name& name, const std::string& text) {
     return all;
 }
 
+/// MD5, in hexadecimal digits.
+std::string digest(const std::string& text) {
+    boost::uuids::detail::md5 md5;
+    md5.process_bytes(text.data(), text.size());
+    boost::uuids::detail::md5::digest_type words;
+    md5.get_digest(words);
+    std::string hex;
+    for (const auto word : words)
+        for (int bit = 28; bit >= 0; bit -= 4) hex += "0123456789abcdef"[word >> bit & 15];
+    return hex;
+}
+
 } // namespace
 
 std::shared_ptr<const MessageType> MessageType::find(const std::string& text) {
     const Name name(text);
     const std::string definition = message_file(name.package, name.type);
-    if (definition.empty()) {
-        std::string searched;
-        for (const auto& folder : folders()) searched += (searched.empty() ? "" : ", ") + folder.string();
-        throw std::runtime_error("there is no message " + name.whole() + " in " + searched +
+    if (definition.empty())
+        throw std::runtime_error("there is no message " + name.whole() + " in " + searched() +
                                  "; install its package, or say by ROS_PACKAGE_PATH where it is");
-    }
     return std::make_shared<MessageType>(name.whole(), whole_definition(name, definition));
 }
 
@@ -280,7 +301,7 @@ MessageType::MessageType(const std::string& name, std::string definition)
     : definition_(std::move(definition)),
       types_(recording::read_ros_definition(name, definition_, recording::Ros::one)) {
     name_ = name;
-    md5_ = digest(types_[0]);
+    md5_ = digest(normal_form());
     look_into(types_[0], "");
 }
 
@@ -303,6 +324,9 @@ void MessageType::look_into(const RosType& type, const std::string& prefix) {
             add(Kind::numbers, inner->fields.size(), false, primitive, recording::bytes_of(primitive));
         } else if (inner != nullptr && is_one) {
             look_into(*inner, path + ".");
+        } else if (inner != nullptr && its.kind == RosField::Kind::sequence) {
+            parts_.push_back({&its, -1, 0});
+            lists_.push_back(path);
         } else if (inner != nullptr ||
                    (*its.primitive == RosPrimitive::text && its.kind == RosField::Kind::fixed)) {
             parts_.push_back({&its, -1, 0});
@@ -316,22 +340,16 @@ void MessageType::look_into(const RosType& type, const std::string& prefix) {
     }
 }
 
-std::string MessageType::digest(const RosType& type) const {
+std::string MessageType::normal_form(const RosType& type) const {
     std::string text;
     const auto add = [&](const std::string& line) { text += (text.empty() ? "" : "\n") + line; };
     for (const auto& constant : type.constants) add(constant);
     for (const auto& field : type.fields) {
         const auto* inner = field.primitive ? nullptr : &types_[static_cast<std::size_t>(field.type)];
-        add((inner == nullptr || is_time(*inner) ? field.written : digest(*inner)) + " " + field.name);
+        add((inner == nullptr || is_time(*inner) ? field.written : digest(normal_form(*inner))) + " " +
+            field.name);
     }
-    boost::uuids::detail::md5 md5;
-    md5.process_bytes(text.data(), text.size());
-    boost::uuids::detail::md5::digest_type words;
-    md5.get_digest(words);
-    std::string hex;
-    for (const auto word : words)
-        for (int bit = 28; bit >= 0; bit -= 4) hex += "0123456789abcdef"[word >> bit & 15];
-    return hex;
+    return text;
 }
 
 std::shared_ptr<void> MessageType::make() const {
@@ -356,10 +374,19 @@ const Message::Value& MessageType::value(const Message& message, const std::stri
 }
 
 void MessageType::decode(Bytes bytes, Message& message) const {
+    if (const Bytes rest = decode_first(bytes, message); !rest.empty())
+        throw std::runtime_error("it has " + std::to_string(rest.size()) + " bytes behind its last field");
+}
+
+Bytes MessageType::decode_first(Bytes bytes, Message& message) const {
     Front front(bytes);
+    message.lists.clear();
     for (const auto& part : parts_) {
         if (part.field < 0) {
+            const Bytes from = front.rest();
             skip(front, *part.its, types_);
+            if (!part.its->primitive && part.its->kind == RosField::Kind::sequence)
+                message.lists.push_back(from.first(from.size() - front.rest().size()));
             continue;
         }
         const Field& field = *fields_[static_cast<std::size_t>(part.field)];
@@ -379,9 +406,43 @@ void MessageType::decode(Bytes bytes, Message& message) const {
             value.bytes = front.take(value.count * part.bytes);
         }
     }
-    if (!front.rest().empty())
-        throw std::runtime_error("it has " + std::to_string(front.rest().size()) +
-                                 " bytes behind its last field");
+    return front.rest();
+}
+
+void MessageType::each(const Message& message, const std::string& path, const MessageType& its,
+                       const std::function<void(const Message&)>& take) const {
+    const auto found = std::ranges::find(lists_, path) - lists_.begin();
+    Bytes left = message.lists.at(static_cast<std::size_t>(found));
+    const auto element = std::static_pointer_cast<Message>(its.make());
+    const auto count = Front(left).count(0);
+    left = left.subspan(sizeof(std::uint32_t));
+    for (std::size_t i = 0; i < count; ++i) {
+        left = its.decode_first(left, *element);
+        take(*element);
+    }
+    if (!left.empty()) throw std::runtime_error("'" + path + "' is no list of " + its.name());
+}
+
+ServiceType ServiceType::find(const std::string& text) {
+    const Name name(text, "srv");
+    const auto file = file_of(name.package, "srv", name.type);
+    if (!file)
+        throw std::runtime_error("there is no service " + name.whole() + " in " + searched() +
+                                 "; install its package, or say by ROS_PACKAGE_PATH where it is");
+    std::string parts[2]; // divided by a line of three dashes
+    std::istringstream lines(*file);
+    int part = 0;
+    for (std::string line; std::getline(lines, line);)
+        if (part == 0 && line.starts_with("---"))
+            part = 1;
+        else
+            parts[part] += line + "\n";
+    const auto type_of = [&](const char* suffix, const std::string& definition) {
+        return std::make_shared<const MessageType>(name.whole() + suffix, whole_definition(name, definition));
+    };
+    ServiceType type{name.whole(), "", type_of("Request", parts[0]), type_of("Response", parts[1])};
+    type.md5 = digest(type.request->normal_form() + type.response->normal_form());
+    return type;
 }
 
 std::vector<std::string> texts_of(const Message::Value& value) {

@@ -5,12 +5,17 @@ peer.py send TYPE TOPIC HZ EXPR      sends what EXPR makes of m and k, the numbe
 peer.py bag FILE COMPRESSION EXPR    writes a bag: EXPR calls write(topic, type, t, assignments to m)
 peer.py index FILE                   prints what rosbag's own reader has: topic, time in ns, message
 peer.py reindex FILE                 does what `rosbag reindex` does to a bag that was cut
-peer.py md5 TYPE...                  prints the md5 of the types, a line each
+peer.py md5 TYPE...                  prints the md5 of the types of messages or services, a line each
+peer.py see TYPE TOPIC EXPR          prints what EXPR makes of the next message m
+peer.py effort NAMESPACE KP KD N     drives a served robot to 0 by efforts, a command for each of N states, and prints their times and positions
+peer.py path NAMESPACE JOINT X       sends a trajectory to X, and prints where the joint is when it is there
+peer.py call NAME TYPE EXPR          calls a service with what EXPR makes of r, and prints the answer
 peer.py robot NAMESPACE JOINT...     is a robot: integrates commands of efforts (as accelerations) and velocities, takes positions
                                      and ways at once, tells its joints in the other order; prints "let go" at zeros after others
 """
 
-import importlib
+import importlib.util
+import queue
 import sys
 import time
 
@@ -18,9 +23,10 @@ import rosbag
 import rospy
 
 
-def type_of(name):
+def type_of(name, kinds=("msg",)):
     package, its = name.split("/")
-    return getattr(importlib.import_module(f"{package}.msg"), its)
+    modules = [importlib.import_module(f"{package}.{kind}") for kind in kinds if importlib.util.find_spec(f"{package}.{kind}")]
+    return next(getattr(module, its) for module in modules if hasattr(module, its))
 
 
 def say(*words):
@@ -82,7 +88,61 @@ def reindex(path):
 
 def md5(*names):
     for name in names:
-        say(type_of(name)._md5sum)
+        say(type_of(name, ("msg", "srv"))._md5sum)
+
+
+def see(name, topic, expression):
+    rospy.init_node("peer", anonymous=True)
+    say(eval(expression, {"m": rospy.wait_for_message(topic, type_of(name), 30), "rospy": rospy}))
+
+
+def listeners(publisher):
+    while publisher.get_num_connections() == 0:
+        time.sleep(0.01)
+
+
+def effort(namespace, kp, kd, count):
+    from sensor_msgs.msg import JointState
+    from std_msgs.msg import Float64MultiArray
+
+    rospy.init_node("peer", anonymous=True)
+    publisher = rospy.Publisher(f"{namespace}/effort_controller/command", Float64MultiArray, queue_size=10)
+    listeners(publisher)
+    states = queue.Queue()
+    rospy.Subscriber(f"{namespace}/joint_states", JointState, states.put, tcp_nodelay=True)
+    say("ready")
+    for _ in range(int(count)):
+        state = states.get(timeout=30)
+        publisher.publish(Float64MultiArray(data=[-float(kp) * q - float(kd) * v for q, v in zip(state.position, state.velocity)]))
+        say(state.header.stamp.to_sec(), *state.position)
+    time.sleep(0.2)  # until the last one is sent
+
+
+def path(namespace, joint, target):
+    from sensor_msgs.msg import JointState
+    from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+    rospy.init_node("peer", anonymous=True)
+    publisher = rospy.Publisher(f"{namespace}/joint_trajectory_controller/command", JointTrajectory, queue_size=1)
+    listeners(publisher)
+    where = [0.0]
+    rospy.Subscriber(f"{namespace}/joint_states", JointState, lambda m: where.append(dict(zip(m.name, m.position))[joint]))
+    half = JointTrajectoryPoint(positions=[float(target) / 2], time_from_start=rospy.Duration(0.25))
+    whole = JointTrajectoryPoint(positions=[float(target)], time_from_start=rospy.Duration(0.5))
+    publisher.publish(JointTrajectory(joint_names=[joint], points=[half, whole]))
+    end = time.time() + 20
+    while time.time() < end and abs(where[-1] - float(target)) > 0.03:
+        time.sleep(0.01)
+    say(where[-1])
+
+
+def call(name, kind, expression="None"):
+    its = type_of(kind, ("srv",))
+    rospy.init_node("peer", anonymous=True)
+    rospy.wait_for_service(name, 20)
+    r = its._request_class()
+    exec(expression, {"r": r})
+    say(str(rospy.ServiceProxy(name, its)(r)).replace("\n", " | "))
 
 
 def robot(namespace, *joints):

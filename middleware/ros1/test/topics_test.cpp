@@ -43,6 +43,13 @@ TEST(Ros1Types, HaveTheMd5ThatOtherProgramsCompare) {
     words.insert(words.end(), types.begin(), types.end());
     Peer peer(words);
     for (const auto& type : types) EXPECT_EQ(MessageType::find(type)->md5(), peer.line()) << type;
+    const std::vector<std::string> services{"std_srvs/Empty", "std_srvs/Trigger", "std_srvs/SetBool",
+                                            "sensor_msgs/SetCameraInfo"};
+    words.assign({"md5"});
+    words.insert(words.end(), services.begin(), services.end());
+    Peer other(words);
+    for (const auto& type : services) EXPECT_EQ(ServiceType::find(type).md5, other.line()) << type;
+    EXPECT_THROW(ServiceType::find("std_srvs/Triger"), std::runtime_error);
 }
 
 TEST(Ros1Types, RefuseBytesThatAreNoMessage) {

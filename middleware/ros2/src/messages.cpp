@@ -1,5 +1,6 @@
 #include "messages.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <new>
 #include <rosidl_runtime_c/primitives_sequence_functions.h>
@@ -40,6 +41,10 @@ void resize(rosidl_runtime_c__double__Sequence& sequence, std::size_t size) {
     if (sequence.size == size) return;
     rosidl_runtime_c__double__Sequence__fini(&sequence);
     if (!rosidl_runtime_c__double__Sequence__init(&sequence, size)) throw std::bad_alloc();
+}
+void assign(rosidl_runtime_c__double__Sequence& sequence, std::span<const double> values) {
+    resize(sequence, values.size());
+    std::ranges::copy(values, sequence.data);
 }
 
 std::string text(const rosidl_runtime_c__String& from) { return {from.data, from.size}; }

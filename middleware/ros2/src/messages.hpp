@@ -8,6 +8,7 @@
 #include <rosgraph_msgs/msg/clock.h>
 #include <sensor_msgs/msg/imu.h>
 #include <sensor_msgs/msg/joint_state.h>
+#include <span>
 #include <std_msgs/msg/float64_multi_array.h>
 #include <std_srvs/srv/set_bool.h>
 #include <std_srvs/srv/trigger.h>
@@ -49,6 +50,7 @@ template <class T> std::shared_ptr<T> make(const MessageMemory& type) {
 
 /// Sequences keep their memory where the size stays. They throw std::bad_alloc.
 void resize(rosidl_runtime_c__double__Sequence& sequence, std::size_t size);
+void assign(rosidl_runtime_c__double__Sequence& sequence, std::span<const double> values);
 void assign(rosidl_runtime_c__String& text, const std::string& value);
 std::string text(const rosidl_runtime_c__String& from);
 void assign(rosidl_runtime_c__String__Sequence& texts, const std::vector<std::string>& values);

@@ -2,7 +2,7 @@
 
 #include "messages.hpp"
 
-#include <Eigen/Geometry>
+#include <Eigen/Core>
 #include <algorithm>
 #include <atomic>
 #include <mutex>
@@ -14,26 +14,14 @@ namespace bf::ros2 {
 
 using middleware::JointStates;
 
-Eigen::Vector4d quaternion_of(const Eigen::Vector3d& rpy) {
-    const Eigen::Quaterniond q = Eigen::AngleAxisd(rpy.z(), Eigen::Vector3d::UnitZ()) *
-                                 Eigen::AngleAxisd(rpy.y(), Eigen::Vector3d::UnitY()) *
-                                 Eigen::AngleAxisd(rpy.x(), Eigen::Vector3d::UnitX());
-    return q.coeffs();
-}
-
 namespace {
-
-void set(rosidl_runtime_c__double__Sequence& to, std::span<const double> values) {
-    messages::resize(to, values.size());
-    std::copy(values.begin(), values.end(), to.data);
-}
 
 class Commands final : public middleware::CommandTopic {
   public:
     explicit Commands(std::shared_ptr<Publisher> publisher) : publisher_(std::move(publisher)) {}
     int readers() const noexcept override { return publisher_->readers(); }
     void send(std::span<const double> values, double) noexcept override {
-        set(numbers_->data, values);
+        messages::assign(numbers_->data, values);
         publisher_->publish(numbers_.get());
     }
 
@@ -54,7 +42,7 @@ class Ways final : public middleware::CommandTopic {
     int readers() const noexcept override { return publisher_->readers(); }
     void send(std::span<const double> values, double duration) noexcept override {
         auto& point = way_->points.data[0];
-        set(point.positions, values);
+        messages::assign(point.positions, values);
         const auto time = messages::time_of(duration);
         point.time_from_start.sec = time.sec;
         point.time_from_start.nanosec = time.nanosec;

@@ -4,7 +4,6 @@
 #include "bf/middleware/topic_robot.hpp"
 #include "node.hpp"
 
-#include <Eigen/Core>
 #include <memory>
 
 namespace bf::ros2 {
@@ -19,8 +18,5 @@ struct CommandTopics : middleware::RobotCommandTopics {
 
 /// Those of a robot. One that `is_stepped` stands still until it is commanded, and sends each state once.
 std::unique_ptr<middleware::RobotTopics> make_robot_topics(const NodeOptions& node, bool is_stepped);
-
-/// Numbers of the toolbox's inertial sensors as an orientation, x y z w: R = R_z(yaw) R_y(pitch) R_x(roll).
-Eigen::Vector4d quaternion_of(const Eigen::Vector3d& roll_pitch_yaw);
 
 } // namespace bf::ros2

@@ -2,7 +2,6 @@
 #include "bf/middleware/served_robot.hpp"
 #include "bf/middleware/topic_robot.hpp"
 #include "end.hpp"
-#include "path.hpp"
 #include "peer.hpp"
 #include "served.hpp"
 
@@ -416,80 +415,6 @@ TEST_F(Ros2Served, BeginsAgainToTheSameRun) {
     Program recorded(
         {BF_PROGRAM, "serve", model, "--ros2", "/icub", "--quiet", "--record", folder.path / "run.mcap"});
     expect_contains(reset(), "success=False, message='this model does not begin again: it is recorded");
-}
-
-// ---- trajectories, whose oracles are polynomials in closed form
-
-namespace {
-
-std::shared_ptr<messages::Trajectory> trajectory(
-    const std::vector<std::string>& names, const std::vector<std::tuple<double, double, double>>& points,
-    bool has_velocities) {
-    auto message = messages::make<messages::Trajectory>(messages::trajectory());
-    messages::assign(message->joint_names, names);
-    trajectory_msgs__msg__JointTrajectoryPoint__Sequence__init(&message->points, points.size());
-    for (std::size_t i = 0; i < points.size(); ++i) {
-        auto& point = message->points.data[i];
-        const auto& [time, position, velocity] = points[i];
-        const auto its = messages::time_of(time);
-        point.time_from_start.sec = its.sec;
-        point.time_from_start.nanosec = its.nanosec;
-        messages::resize(point.positions, names.size());
-        for (std::size_t k = 0; k < names.size(); ++k) point.positions.data[k] = position;
-        if (!has_velocities) continue;
-        messages::resize(point.velocities, names.size());
-        for (std::size_t k = 0; k < names.size(); ++k) point.velocities.data[k] = velocity;
-    }
-    return message;
-}
-
-} // namespace
-
-TEST(Ros2Path, IsTheCubicOfItsEndsAndLinesWithoutVelocities) {
-    const std::vector<std::string> joints{"a", "b"};
-    Eigen::VectorXd positions(2);
-    Path cubic(*trajectory({"b"}, {{2, 1, 0}, {3, 0.5, -1}}, true), joints);
-    cubic.begin(10, Eigen::Vector2d(7, 0));
-    for (double t = 0; t < 2; t += 0.25) {
-        EXPECT_TRUE(cubic.at(10 + t, positions));
-        EXPECT_NEAR(positions[1], 3 * t * t / 4 - 2 * t * t * t / 8, 1e-12) << "3 s^2 - 2 s^3";
-        EXPECT_EQ(positions[0], 7) << "it is not named";
-    }
-    EXPECT_TRUE(cubic.at(12.5, positions));
-    EXPECT_NEAR(positions[1], 0.75 + 0.125, 1e-12) << "(1 + 0.5) / 2 + (0 - -1) / 8";
-    EXPECT_FALSE(cubic.at(13, positions));
-    EXPECT_EQ(positions[1], 0.5);
-    Path lines(*trajectory({"a", "b"}, {{1, 2, 0}}, false), joints);
-    lines.begin(0, Eigen::Vector2d(0, 1));
-    EXPECT_TRUE(lines.at(0.25, positions));
-    EXPECT_NEAR(positions[0], 0.5, 1e-12);
-    EXPECT_NEAR(positions[1], 1.25, 1e-12);
-}
-
-TEST(Ros2Path, RefusesWhatIsNone) {
-    const auto why = [](const std::shared_ptr<messages::Trajectory>& message) -> std::string {
-        try {
-            const Path path(*message, {"a", "b"});
-        } catch (const std::runtime_error& error) {
-            return error.what();
-        }
-        return "";
-    };
-    expect_contains(why(trajectory({"c"}, {{1, 0, 0}}, false)),
-                    "a trajectory names 'c', but the joints are a, b");
-    expect_contains(why(trajectory({"a"}, {}, false)), "a trajectory has no joints or no points");
-    expect_contains(why(trajectory({"a"}, {{1, 0, 0}, {1, 0, 0}}, false)),
-                    "times of a trajectory's points do not grow");
-    expect_contains(why(trajectory({"a"}, {{1, std::nan(""), 0}}, false)),
-                    "point 1 of a trajectory has positions of size 1, or not finite; its joints are 1");
-}
-
-TEST(Ros2Imu, HasTheOrientationOfItsAngles) {
-    const Eigen::Vector3d rpy(0.3, -0.8, 2.5);
-    EXPECT_LT((middleware::roll_pitch_yaw(quaternion_of(rpy)) - rpy).norm(), 1e-12);
-    // A quarter turn about z: x becomes y.
-    const Eigen::Vector4d q = quaternion_of({0, 0, M_PI / 2});
-    EXPECT_LT((q - Eigen::Vector4d(0, 0, std::sqrt(0.5), std::sqrt(0.5))).norm(), 1e-12);
 }
 
 } // namespace bf::ros2::test

@@ -83,5 +83,7 @@ WaitingDriver make_topic_robot(std::unique_ptr<RobotTopics> topics, const TopicR
 
 /// Numbers of the toolbox's inertial sensors: R = R_z(yaw) R_y(pitch) R_x(roll), from x y z w.
 Eigen::Vector3d roll_pitch_yaw(const Eigen::Vector4d& quaternion);
+/// The other way, x y z w.
+Eigen::Vector4d quaternion_of(const Eigen::Vector3d& roll_pitch_yaw);
 
 } // namespace bf::middleware

@@ -1,4 +1,4 @@
-#include "path.hpp"
+#include "bf/middleware/joint_path.hpp"
 
 #include "bf/base/names.hpp"
 
@@ -6,51 +6,46 @@
 #include <cmath>
 #include <stdexcept>
 
-namespace bf::ros2 {
+namespace bf::middleware {
 
-Path::Path(const messages::Trajectory& message, const std::vector<std::string>& joints) {
-    for (std::size_t i = 0; i < message.joint_names.size; ++i) {
-        const std::string name = message.joint_names.data[i].data;
-        const auto found = std::find(joints.begin(), joints.end(), name);
+JointPath::JointPath(const JointTrajectory& message, const std::vector<std::string>& joints) {
+    for (const auto& name : message.joints) {
+        const auto found = std::ranges::find(joints, name);
         if (found == joints.end())
             throw std::runtime_error("a trajectory names '" + name + "', but the joints are " +
                                      name_list(joints));
         joints_.push_back(found - joints.begin());
     }
     const auto n = static_cast<Eigen::Index>(joints_.size());
-    if (n == 0 || message.points.size == 0)
-        throw std::runtime_error("a trajectory has no joints or no points");
+    if (n == 0 || message.points.empty()) throw std::runtime_error("a trajectory has no joints or no points");
     start_.resize(static_cast<Eigen::Index>(joints.size()));
     points_.push_back({0, Eigen::VectorXd::Zero(n), Eigen::VectorXd::Zero(n)});
-    for (std::size_t i = 0; i < message.points.size; ++i) {
-        const auto& given = message.points.data[i];
-        const auto vector = [&](const rosidl_runtime_c__double__Sequence& values, const char* what) {
-            const auto size = static_cast<Eigen::Index>(values.size);
-            if (size != n ||
-                !std::all_of(values.data, values.data + n, [](double x) { return std::isfinite(x); }))
+    for (std::size_t i = 0; i < message.points.size(); ++i) {
+        const auto& given = message.points[i];
+        const auto vector = [&](const std::vector<double>& values, const char* what) {
+            const auto size = static_cast<Eigen::Index>(values.size());
+            if (size != n || !std::ranges::all_of(values, [](double x) { return std::isfinite(x); }))
                 throw std::runtime_error("point " + std::to_string(i + 1) + " of a trajectory has " + what +
                                          " of size " + std::to_string(size) +
                                          ", or not finite; its joints are " + std::to_string(n));
-            return Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(values.data, n));
+            return Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(values.data(), n));
         };
-        Point point{given.time_from_start.sec + given.time_from_start.nanosec / 1e9,
-                    vector(given.positions, "positions"),
-                    {}};
-        if (given.velocities.size > 0) point.velocities = vector(given.velocities, "velocities");
+        Point point{given.time, vector(given.positions, "positions"), {}};
+        if (!given.velocities.empty()) point.velocities = vector(given.velocities, "velocities");
         if (point.time < points_.back().time || (i > 0 && point.time == points_.back().time))
             throw std::runtime_error("the times of a trajectory's points do not grow");
         points_.push_back(std::move(point));
     }
 }
 
-void Path::begin(double time, const Eigen::VectorXd& positions) {
+void JointPath::begin(double time, const Eigen::VectorXd& positions) {
     begin_ = time;
     start_ = positions;
     for (std::size_t i = 0; i < joints_.size(); ++i)
         points_[0].positions[static_cast<Eigen::Index>(i)] = positions[joints_[i]];
 }
 
-bool Path::at(double time, Eigen::VectorXd& positions) const noexcept {
+bool JointPath::at(double time, Eigen::VectorXd& positions) const noexcept {
     const double t = time - begin_;
     const auto next =
         std::find_if(points_.begin() + 1, points_.end(), [&](const Point& p) { return p.time > t; });
@@ -72,4 +67,4 @@ bool Path::at(double time, Eigen::VectorXd& positions) const noexcept {
     return !is_over;
 }
 
-} // namespace bf::ros2
+} // namespace bf::middleware

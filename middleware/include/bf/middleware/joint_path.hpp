@@ -1,20 +1,29 @@
 // What a message JointTrajectory asks for.
 #pragma once
 
-#include "messages.hpp"
-
 #include <Eigen/Core>
 #include <string>
 #include <vector>
 
-namespace bf::ros2 {
+namespace bf::middleware {
+
+/// Such a message, whoever brings it.
+struct JointTrajectory {
+    struct Point {
+        double time;                               ///< s since the begin
+        std::vector<double> positions, velocities; ///< of the named joints; without velocities of size 0
+    };
+    std::vector<std::string> joints;
+    std::vector<Point> points;
+};
 
 /// Positions over time. Between two points that tell velocities they are cubic polynomials, otherwise lines,
-/// as the joint_trajectory_controller of ros2_control has them. Joints that are not named stay.
-class Path {
+/// as the joint_trajectory_controllers of ros_control and ros2_control have them. Joints that are not named
+/// stay.
+class JointPath {
   public:
     /// Throws std::runtime_error that says what is wrong with the message.
-    Path(const messages::Trajectory& message, const std::vector<std::string>& joints);
+    JointPath(const JointTrajectory& message, const std::vector<std::string>& joints);
 
     /// Where it begins, at that time.
     void begin(double time, const Eigen::VectorXd& positions);
@@ -32,4 +41,4 @@ class Path {
     double begin_ = 0;
 };
 
-} // namespace bf::ros2
+} // namespace bf::middleware

@@ -3,6 +3,7 @@
 #include "bf/base/names.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cstdio>
 #include <map>
@@ -20,6 +21,12 @@ const Field* MessageType::field(const std::string& path) const {
     const auto found =
         std::find_if(fields_.begin(), fields_.end(), [&](const auto& its) { return its->path == path; });
     return found == fields_.end() ? nullptr : found->get();
+}
+
+std::string plain(const std::string& name) {
+    std::string text;
+    for (const char letter : name) text += std::isalnum(static_cast<unsigned char>(letter)) ? letter : '_';
+    return text.empty() || std::isdigit(static_cast<unsigned char>(text.front())) ? "s" + text : text;
 }
 
 bool is_number(const Field& field) {

@@ -81,7 +81,7 @@ class Program {
             pollfd waits{out_, POLLIN, 0};
             char bytes[4096];
             if (poll(&waits, 1, 60'000) != 1) return "";
-            const auto count = read(out_, bytes, sizeof bytes);
+            const auto count = ::read(out_, bytes, sizeof bytes);
             if (count <= 0) return "";
             text_.append(bytes, static_cast<std::size_t>(count));
         }

@@ -131,7 +131,7 @@ class Progress {
 struct RunOptions {
     ModelOptions model;
     RealtimeOptions realtime;
-    std::string inputs, stop, record, summary, until, snapshot, from_snapshot, profile, ros2;
+    std::string inputs, stop, record, summary, until, snapshot, from_snapshot, profile, ros1, ros2;
     std::optional<double> snapshot_at, checkpoint_every; ///< s
     bool is_quiet = false, as_json = false, is_profiled = false;
 };
@@ -281,9 +281,9 @@ void execute(const RunOptions& options) {
         if (!options.from_snapshot.empty()) recorder->checkpoint(simulation);
     }
     std::unique_ptr<ModelParameters> parameters;
-    if (!options.ros2.empty())
-        parameters =
-            serve_parameters("--ros2", options.ros2, loaded, simulation, recorder ? &*recorder : nullptr);
+    for (const auto& [option, where] : {std::pair("--ros1", options.ros1), {"--ros2", options.ros2}})
+        if (!where.empty())
+            parameters = serve_parameters(option, where, loaded, simulation, recorder ? &*recorder : nullptr);
     const auto before_step = [&] {
         if (inputs) inputs->write();
         if (parameters) parameters->apply();
@@ -412,12 +412,20 @@ void add_run(CLI::App& app) {
     auto* editable = command->get_option("--editable"); // what these look at is replaced by an edit
     command->get_option("--inputs")->excludes(editable);
     command
+        ->add_option("--ros1", options->ros1,
+                     "show variables and parameters of the model as NAMESPACE/model/NAME at the master of "
+                     "ROS 1")
+        ->type_name("NAMESPACE")
+        ->check(CLI::Validator([](std::string& name) { return wrong_namespace(name); }, ""))
+        ->excludes(command->get_option("--serve"));
+    command
         ->add_option(
             "--ros2", options->ros2,
             "show variables and parameters of the model as those of the node NAMESPACE/model of ROS 2")
         ->type_name("NAMESPACE")
         ->check(CLI::Validator([](std::string& name) { return wrong_namespace(name); }, ""))
-        ->excludes(command->get_option("--serve"));
+        ->excludes(command->get_option("--serve"))
+        ->excludes(command->get_option("--ros1"));
     auto* snapshot = command
                          ->add_option("--snapshot", options->snapshot,
                                       "write the state of the run at its end to this file")

@@ -75,13 +75,15 @@ const std::vector<WayToServe>& ways_to_serve() {
          .make = nullptr},
         {.option = {"--ros1", "NAMESPACE",
                     "serve it in this namespace of ROS 1, as / or /icub: joint_states, imu, wrench and "
-                    "/clock, and the commands of ros_control's controllers"},
+                    "/clock, and the commands of ros_control's controllers; the model's parameters are the "
+                    "master's at NAMESPACE/model"},
          .more = {},
          .wrong = wrong_namespace,
          .alone = "/clock is that of one; serve them by --shm",
          .plugin = "Ros1",
          .make = nullptr,
-         .has_reset = true},
+         .has_reset = true,
+         .parameters_by = "ROS 1"},
         {.option =
              {"--ros2", "NAMESPACE",
               "serve it in this namespace of ROS 2, as / or /icub: joint_states, imu, wrench and /clock, and "

@@ -20,7 +20,7 @@ std::unique_ptr<ModelParameters> serve_parameters(const std::string&, const std:
                                                   Simulation&, Recorder*) {
     throw CommandError(
         "bf was built without robots and their middlewares; build it with BF_ROBOTS=ON to show "
-        "parameters to ROS 2");
+        "parameters to ROS");
 }
 
 namespace {

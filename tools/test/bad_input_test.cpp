@@ -553,6 +553,9 @@ TEST_F(BadInput, EmptyValuesAreNone) {
     expect_error("run m.yaml --ros2 motor",
                  "--ros2: write a namespace that begins with /, such as / or /icub", 2);
     expect_error("run m.yaml --realtime --serve 0 --ros2 /motor", "--serve excludes --ros2", 2);
+    expect_error("run m.yaml --ros1 motor",
+                 "--ros1: write a namespace that begins with /, such as / or /icub", 2);
+    expect_error("run m.yaml --ros1 /motor --ros2 /motor", "--ros1 excludes --ros2", 2);
     expect_error("run m.yaml --realtime --serve 0 --token ''", "--token: the value is empty", 2);
     expect_error("run m.yaml --realtime --serve ''", "--serve: the value is empty", 2);
     expect_error("run m.yaml --profile=", "--profile: the value is empty", 2);

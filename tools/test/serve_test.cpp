@@ -105,6 +105,7 @@ TEST_F(Serve, RefusesWhatCannotBeServed) {
     refused("arm.yaml --udp 9000", 2, "--key");
     refused("arm.yaml --udp here --key k", 2, "'here' is no address; write PORT, or HOST:PORT");
     refused("arm.yaml --udp 9000 --key k --shm " + name, 2, "--udp");
+    refused("arm.yaml --ros1 arm", 2, "write a namespace that begins with /, such as / or /icub");
     refused("arm.yaml --ros2 arm", 2, "write a namespace that begins with /, such as / or /icub");
     refused("arm.yaml --on-loss fall --shm " + name, 2, "--on-loss");
     const auto second =

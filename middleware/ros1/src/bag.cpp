@@ -93,6 +93,14 @@ class Bag final : public Connection {
     bool can_save() const override { return true; }
 
     void publish(const TopicOptions&, const std::shared_ptr<middleware::Outgoing>&) override {}
+    void publish(const TopicOptions&, const std::string&, const std::vector<std::string>&,
+                 const std::shared_ptr<middleware::OutgoingTransforms>&) override {}
+
+    std::shared_ptr<void> call(const std::string& service, const ServiceType&,
+                               const std::shared_ptr<middleware::Calling>&) override {
+        throw std::runtime_error("the bag '" + path_.string() + "' answers no calls of '" + service +
+                                 "'; give the block a Node");
+    }
 
     std::shared_ptr<Incoming> subscribe(const TopicOptions& topic, middleware::Wanted wanted) override {
         constexpr std::size_t most_bytes = std::size_t{2} << 30;

@@ -2,7 +2,9 @@
 #pragma once
 
 #include "bf/core/registry.hpp"
+#include "bf/middleware/calls.hpp"
 #include "bf/middleware/topics.hpp"
+#include "bf/middleware/transforms.hpp"
 #include "types.hpp"
 
 #include <functional>
@@ -28,8 +30,15 @@ class Connection {
     virtual void close() noexcept = 0;
     /// Gives the end what it sends with.
     virtual void publish(const TopicOptions& topic, const std::shared_ptr<middleware::Outgoing>& end) = 0;
+    /// The same for transforms of children in a frame.
+    virtual void publish(const TopicOptions& topic, const std::string& frame,
+                         const std::vector<std::string>& children,
+                         const std::shared_ptr<middleware::OutgoingTransforms>& end) = 0;
     virtual std::shared_ptr<middleware::Incoming> subscribe(const TopicOptions& topic,
                                                             middleware::Wanted wanted) = 0;
+    /// Gives it what it calls with, in a thread that ends with what is returned.
+    virtual std::shared_ptr<void> call(const std::string& service, const ServiceType& type,
+                                       const std::shared_ptr<middleware::Calling>& end) = 0;
     /// Are messages the same whenever a run goes on from a snapshot?
     virtual bool can_save() const = 0;
     int state_size() const { return 0; }
@@ -37,7 +46,7 @@ class Connection {
     void restore(const double*) {}
 };
 
-/// Resource of the blocks that publish and subscribe.
+/// Resource of the blocks that talk.
 struct RosConnection {
     static constexpr const char* resource = "ROS 1 node";
     using Live = Connection;
@@ -47,6 +56,8 @@ struct RosConnection {
 void add_node(Library& library);
 void add_bag(Library& library);
 void add_topics(Library& library);
+void add_calls(Library& library);
+void add_transforms(Library& library);
 void add_robot(Library& library);
 
 } // namespace bf::ros1

@@ -3,36 +3,28 @@
 #include "draft.hpp"
 #include "robot.hpp"
 
-#include <algorithm>
 #include <atomic>
-#include <cctype>
 #include <utility>
 
 namespace bf::ros1 {
 
 namespace {
 
-/// As the name of a topic may be.
-std::string plain(const std::string& name) {
-    std::string text = name;
-    std::ranges::replace_if(
-        text, [](unsigned char letter) { return !std::isalnum(letter); }, '_');
-    return text.empty() || !std::isalpha(static_cast<unsigned char>(text.front())) ? "s" + text : text;
-}
-
 class ServedTopics final : public middleware::ServedTopics {
   public:
     explicit ServedTopics(const std::string& name_space)
-        : node_({"robot", {"__ns:=" + name_space}, name_space, true}) {}
+        : node_(
+              {.name = "robot", .remap = {"__ns:=" + name_space}, .name_space = name_space, .joins = true}) {}
 
     void open(const middleware::RobotDescription& robot) override {
         node_.open();
         joints_ = node_.advertise({"joint_states", joint_.type()});
         clock_ = node_.advertise({"/clock", time_.type()});
         for (const auto& name : robot.wrenches)
-            wrenches_.push_back({name, node_.advertise({plain(name) + "/wrench", wrench_.type()})});
+            wrenches_.push_back(
+                {name, node_.advertise({middleware::plain(name) + "/wrench", wrench_.type()})});
         for (const auto& name : robot.imus)
-            imus_.push_back({name, node_.advertise({plain(name) + "/imu", imu_.type()})});
+            imus_.push_back({name, node_.advertise({middleware::plain(name) + "/imu", imu_.type()})});
         joint_.set("name", robot.joints);
     }
     void close() noexcept override {

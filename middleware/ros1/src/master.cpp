@@ -3,10 +3,32 @@
 #include "bf/core/interrupt.hpp"
 #include "bf/middleware/clock.hpp"
 
+#include <cstdlib>
+#include <ros/network.h>
+#include <stdexcept>
+
 namespace bf::ros1 {
 
+Address master_of_environment() {
+    const char* uri = std::getenv("ROS_MASTER_URI");
+    Address its{"localhost", 11311};
+    if (uri != nullptr && *uri != '\0' && !ros::network::splitURI(uri, its.host, its.port))
+        throw std::runtime_error("ROS_MASTER_URI is '" + std::string(uri) +
+                                 "'; write it as http://localhost:11311");
+    return its;
+}
+
+void require_master(const Address& master, const std::string& caller) {
+    XmlRpc::XmlRpcValue arguments;
+    arguments[0] = caller;
+    if (!ask(master, "getPid", arguments, 5))
+        throw std::runtime_error("no master of ROS 1 answers at http://" + master.host + ":" +
+                                 std::to_string(master.port) +
+                                 "; start roscore, or say by ROS_MASTER_URI where it is");
+}
+
 std::optional<XmlRpc::XmlRpcValue> ask(const Address& whom, const char* method,
-                                       const XmlRpc::XmlRpcValue& arguments, double longest) {
+                                       const XmlRpc::XmlRpcValue& arguments, double longest, Asked how) {
     XmlRpc::XmlRpcClient client(whom.host.c_str(), static_cast<int>(whom.port), "/");
     if (!client.executeNonBlock(method, arguments)) return {};
     XmlRpc::XmlRpcDispatch dispatch;
@@ -14,7 +36,8 @@ std::optional<XmlRpc::XmlRpcValue> ask(const Address& whom, const char* method,
     bool is_done = false;
     XmlRpc::XmlRpcValue answer; // [1 for success, what happened, value]
     for (const double end = middleware::now() + longest;
-         !is_done && middleware::now() < end && !is_interrupted();) {
+         !is_done && middleware::now() < end &&
+         (how == Asked::also_behind_an_interrupt || !is_interrupted());) {
         dispatch.work(0.02);
         is_done = client.executeCheckDone(answer);
     }

@@ -14,9 +14,19 @@ struct Address {
     std::uint32_t port;
 };
 
+/// By ROS_MASTER_URI, or port 11311 of this computer.
+Address master_of_environment();
+
+/// May a call that ends with an interrupt be left?
+enum class Asked { until_an_interrupt, also_behind_an_interrupt };
+
 /// What it answers to a call of the API of masters and nodes: nothing where it fails, or where there is no
 /// answer within that many seconds. roscpp itself waits for one that does not answer for ever.
 std::optional<XmlRpc::XmlRpcValue> ask(const Address& whom, const char* method,
-                                       const XmlRpc::XmlRpcValue& arguments, double longest);
+                                       const XmlRpc::XmlRpcValue& arguments, double longest,
+                                       Asked how = Asked::until_an_interrupt);
+
+/// Throws std::runtime_error: no master answers there. `caller` is the name of who asks.
+void require_master(const Address& master, const std::string& caller);
 
 } // namespace bf::ros1

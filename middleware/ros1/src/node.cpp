@@ -88,11 +88,7 @@ void begin_session(const NodeOptions& options) {
     } catch (const ros::Exception& error) {
         throw std::runtime_error(std::string("ROS 1 refuses the node: ") + error.what());
     }
-    XmlRpc::XmlRpcValue caller;
-    caller[0] = ros::this_node::getName();
-    if (!ask(master(), "getPid", caller, 5))
-        throw std::runtime_error("no master of ROS 1 answers at " + ros::master::getURI() +
-                                 "; start roscore, or say by ROS_MASTER_URI where it is");
+    require_master(master(), ros::this_node::getName());
     if (is_taken(ros::this_node::getName()))
         throw std::runtime_error("another program is the node '" + ros::this_node::getName() +
                                  "' of ROS 1; end it, or give this one another name or namespace");
@@ -141,12 +137,25 @@ void Node::open() {
     queue_.enable();
     spinner_ = std::make_unique<ros::AsyncSpinner>(1, &queue_);
     spinner_->start();
+    if (options_.use_sim_time) {
+        *told_time_ = 0;
+        const auto type = MessageType::find("rosgraph_msgs/Clock");
+        clock_ = hear(
+            {"/clock", type, 1},
+            [type, to = told_time_](const Message& message) {
+                double time = 0;
+                type->field("clock")->read(&message, &time, 1);
+                *to = time;
+            },
+            [](const std::string&) {});
+    }
     outbox_.open();
 }
 
 void Node::close() noexcept {
     if (!handle_) return;
     outbox_.close();
+    clock_.reset();
     spinner_->stop();
     queue_.disable();
     queue_.clear();
@@ -155,10 +164,25 @@ void Node::close() noexcept {
     session_.reset();
 }
 
+std::function<double()> Node::clock() const {
+    return [told = told_time_] {
+        const double time = *told;
+        return time == by_system ? ros::Time::now().toSec() : time;
+    };
+}
+
 Publisher::~Publisher() {
     constexpr double longest = 0.1; // s, of roscpp's thread
     while (readers() > 0 && middleware::now() < last_ + longest)
         std::this_thread::sleep_for(std::chrono::milliseconds(5));
+}
+
+std::string Node::resolve(const std::string& service) const {
+    try {
+        return handle_->resolveName(service);
+    } catch (const ros::Exception& error) {
+        throw std::runtime_error("service '" + service + "': " + error.what());
+    }
 }
 
 std::shared_ptr<Publisher> Node::advertise(const TopicOptions& topic) {
@@ -184,7 +208,7 @@ void Node::publish(const TopicOptions& topic, const std::shared_ptr<middleware::
         type->encode(*static_cast<const Message*>(message), raw.bytes);
         publisher->publish(raw);
     };
-    end->clock = [] { return ros::Time::now().toSec(); };
+    end->clock = clock();
     end->bell = &outbox_.bell();
     outbox_.add(end);
 }
@@ -283,12 +307,19 @@ class NodeBlock final : public Block {
         this, "namespace", {.initial = "/", .doc = "in which names are that do not begin with /"}};
     Argument<std::vector<std::string>> remap{
         this, "remap", {.doc = "names that stand for others, each as from:=to"}};
-    Provides<RosConnection> node{this, [this]() -> std::shared_ptr<const RosConnection> {
-                                     return std::make_shared<RosConnection>(
-                                         RosConnection{[options = NodeOptions{name, remap, name_space}] {
-                                             return std::make_shared<Node>(options);
-                                         }});
-                                 }};
+    Argument<bool> use_sim_time{
+        this,
+        "use_sim_time",
+        {.initial = false,
+         .doc = "time is what a simulator sends on /clock, 0 until it does, whatever /use_sim_time says"}};
+    Provides<RosConnection> node{
+        this, [this]() -> std::shared_ptr<const RosConnection> {
+            return std::make_shared<RosConnection>(RosConnection{
+                [options = NodeOptions{
+                     .name = name, .remap = remap, .name_space = name_space, .use_sim_time = use_sim_time}] {
+                    return std::make_shared<Node>(options);
+                }});
+        }};
 
     void start(Now at) const override { at[node].open(); }
     void stop(Now at) const noexcept override { at[node].close(); }

@@ -4,7 +4,9 @@
 #include "connection.hpp"
 #include "raw.hpp"
 
+#include <atomic>
 #include <memory>
+#include <mutex>
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
 #include <string>
@@ -17,6 +19,7 @@ struct NodeOptions {
     std::string name = "blockfactory";
     std::vector<std::string> remap = {}; ///< each as from:=to
     std::string name_space = "/";        ///< in which names are that do not begin with /
+    bool use_sim_time = false;           ///< time is what comes on /clock
     bool joins = false;                  ///< it is whatever node its program is, where that is one already
 };
 
@@ -49,6 +52,13 @@ class Publisher {
     double last_ = 0; ///< when something was sent, s
 };
 
+struct ToldTransforms;
+/// Those of blocks that tell transforms which stay, all sent by one thread.
+struct KeptTransforms {
+    std::mutex mutex; ///< of the list
+    std::vector<std::weak_ptr<ToldTransforms>> all;
+};
+
 /// A node in a running diagram. Messages come in a thread of its own and are sent by another.
 class Node final : public Connection {
   public:
@@ -57,8 +67,13 @@ class Node final : public Connection {
     void open() override;
     void close() noexcept override;
     void publish(const TopicOptions& topic, const std::shared_ptr<middleware::Outgoing>& end) override;
+    void publish(const TopicOptions& topic, const std::string& frame,
+                 const std::vector<std::string>& children,
+                 const std::shared_ptr<middleware::OutgoingTransforms>& end) override;
     std::shared_ptr<middleware::Incoming> subscribe(const TopicOptions& topic,
                                                     middleware::Wanted wanted) override;
+    std::shared_ptr<void> call(const std::string& service, const ServiceType& type,
+                               const std::shared_ptr<middleware::Calling>& end) override;
     bool can_save() const override { return false; }
 
     /// Calls `taken` in the node's thread for each message, or `refused` with what is wrong with it, as long
@@ -66,11 +81,15 @@ class Node final : public Connection {
     std::shared_ptr<ros::Subscriber> hear(const TopicOptions& topic,
                                           std::function<void(const Message&)> taken,
                                           std::function<void(const std::string&)> refused);
+    /// The whole name of what is called so in the node's namespace. Throws std::runtime_error.
+    std::string resolve(const std::string& service) const;
     std::shared_ptr<Publisher> advertise(const TopicOptions& topic);
     /// Calls `answer(request, response)` in the node's thread for each call, as long as somebody has what is
     /// returned.
     std::shared_ptr<ros::ServiceServer> offer(const std::string& name, const ServiceType& type,
                                               std::function<void(const Message&, Message&)> answer);
+    /// Gives the time of ROS, s.
+    std::function<double()> clock() const;
     /// The thread that sends looks at it as long as somebody else has it, too.
     void add(const std::shared_ptr<middleware::Sender>& sender) { outbox_.add(sender); }
     /// Wakes that thread; in steps, too.
@@ -84,6 +103,11 @@ class Node final : public Connection {
     ros::CallbackQueue queue_;
     std::unique_ptr<ros::NodeHandle> handle_;
     std::unique_ptr<ros::AsyncSpinner> spinner_;
+    static constexpr double by_system = -1;
+    const std::shared_ptr<std::atomic<double>> told_time_ =
+        std::make_shared<std::atomic<double>>(by_system); ///< on /clock, s
+    std::shared_ptr<ros::Subscriber> clock_;
+    const std::shared_ptr<KeptTransforms> kept_transforms_ = std::make_shared<KeptTransforms>();
     middleware::Outbox outbox_;
 };
 

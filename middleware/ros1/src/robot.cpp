@@ -1,8 +1,10 @@
 // A robot behind joint states and the topics of ros_control's controllers.
 #include "robot.hpp"
 
+#include "asker.hpp"
 #include "draft.hpp"
 
+#include <atomic>
 #include <cstring>
 #include <mutex>
 #include <stdexcept>
@@ -61,13 +63,13 @@ class Topics final : public middleware::RobotTopics {
   public:
     explicit Topics(NodeOptions options) : node_(std::move(options)) {}
     void open() override {
-        {
-            const std::lock_guard lock(mutex_);
-            refusal_.clear(); // of a run before
-        }
+        tell(""); // of a run before
         node_.open();
     }
-    void close() noexcept override { node_.close(); }
+    void close() noexcept override {
+        step_.reset();
+        node_.close();
+    }
     std::string refusal() const override {
         const std::lock_guard lock(mutex_);
         return refusal_;
@@ -107,6 +109,12 @@ class Topics final : public middleware::RobotTopics {
                         taken(imu, stamp(type, message));
                     });
     }
+    std::shared_ptr<void> hear_time(std::function<void(double)> taken) override {
+        return hear("/clock", "rosgraph_msgs/Clock",
+                    [taken = std::move(taken)](const MessageType& type, const Message& message) {
+                        taken(numbers(type, message, "clock")[0]);
+                    });
+    }
     std::unique_ptr<middleware::CommandTopic> commands(const std::string& topic) override {
         return std::make_unique<Commands>(node_, topic);
     }
@@ -115,25 +123,57 @@ class Topics final : public middleware::RobotTopics {
         return std::make_unique<Ways>(node_, topic, joints);
     }
 
+    void halt(double end) override {
+        tell("");
+        const auto answered = [this](bool is_done, const std::string& why) {
+            if (!is_done) tell(why);
+        };
+        step_ = std::make_unique<Asker>(node_.resolve("robot/step"), "std_srvs/Trigger", answered);
+        std::atomic<bool> is_answered{false}, stands{false};
+        Asker pause(node_.resolve("robot/pause"), "std_srvs/SetBool",
+                    [&](bool is_done, const std::string& why) {
+                        answered(is_done, why);
+                        stands = is_done;
+                        is_answered = true;
+                    });
+        if (!middleware::wait_until(end, [&] { return step_->has_server() && pause.has_server(); }))
+            throw std::runtime_error(
+                "it has no services 'robot/step' and 'robot/pause', as those of bf serve --ros1; with "
+                "step_size: 0 its time goes on by itself");
+        step_->begin();
+        pause.begin();
+        pause.ask();
+        middleware::wait_until(end, [&] { return is_answered.load(); });
+        if (!stands)
+            throw std::runtime_error("it does not stand still: " +
+                                     (is_answered ? refusal() : "its service 'robot/pause' does not answer"));
+    }
+    bool step() noexcept override {
+        step_->ask();
+        return true;
+    }
+
   private:
+    void tell(const std::string& why) {
+        const std::lock_guard lock(mutex_);
+        refusal_ = why;
+    }
     std::shared_ptr<void> hear(const std::string& topic, const char* name,
                                std::function<void(const MessageType&, const Message&)> taken) {
         const auto type = MessageType::find(name);
         return node_.hear(
             {topic, type, 1},
             [type, taken = std::move(taken)](const Message& message) { taken(*type, message); },
-            [this](const std::string& why) {
-                const std::lock_guard lock(mutex_);
-                refusal_ = why;
-            });
+            [this](const std::string& why) { tell(why); });
     }
     static double stamp(const MessageType& type, const Message& message) {
         return numbers(type, message, "header.stamp")[0];
     }
 
     Node node_;
+    std::unique_ptr<Asker> step_; ///< of a robot that is stepped
     mutable std::mutex mutex_;
-    std::string refusal_;
+    std::string refusal_; ///< with the lock
 };
 
 class RobotBlock final : public middleware::RemoteRobot {
@@ -155,6 +195,15 @@ class RobotBlock final : public middleware::RemoteRobot {
                               {.initial = false,
                                .doc = "the robot's time is that of its states' headers, as of a simulator, "
                                       "which then drives the loop"}};
+    Argument<double> step_size{
+        this,
+        "step_size",
+        {.initial = 0,
+         .minimum = 0,
+         .maximum = 10,
+         .doc =
+             "of a robot that stands still until it is commanded, as bf serve --ros1 has it, s: it goes on "
+             "with each step of the diagram; 0: its time goes on by itself"}};
     Argument<std::string> states{
         this, "states", {.initial = "joint_states", .doc = "topic of sensor_msgs/JointState"}};
     Argument<std::string> effort{this,
@@ -183,15 +232,17 @@ class RobotBlock final : public middleware::RemoteRobot {
     std::unique_ptr<middleware::RobotLink> make_link() const override {
         return middleware::make_threaded_link(
             "ROS 1 robot in the namespace " + *name_space,
-            middleware::make_topic_robot(std::make_unique<Topics>(NodeOptions{node, remap, name_space}),
-                                         {.kind = "ROS 1 robot",
-                                          .joints = joint_names(),
-                                          .states = states,
-                                          .commands = {effort, velocity, position, trajectory},
-                                          .wrenches = wrenches,
-                                          .imus = imus,
-                                          .is_clock = use_stamps,
-                                          .patience = 0.8 * start_timeout}), // so that it says why itself
+            middleware::make_topic_robot(
+                std::make_unique<Topics>(NodeOptions{.name = node, .remap = remap, .name_space = name_space}),
+                {.kind = "ROS 1 robot",
+                 .joints = joint_names(),
+                 .states = states,
+                 .commands = {effort, velocity, position, trajectory},
+                 .wrenches = wrenches,
+                 .imus = imus,
+                 .is_clock = use_stamps,
+                 .patience = 0.8 * start_timeout, // so that it says why itself
+                 .step_size = step_size}),
             thread);
     }
 };
@@ -207,7 +258,8 @@ void add_robot(Library& library) {
         "or several; the age is that of the oldest. Command messages have the joints in the order of "
         "`joints`, which the controllers are to have, too. A thread of its own reads, and sends what was "
         "commanded; when the run ends, or has not stepped for `silence` s, it sends zero efforts and "
-        "velocities, and positions stay. Limits are not known. "
+        "velocities, and positions stay. Limits are not known. With `step_size` the thread steps the robot "
+        "instead, in lockstep with the diagram, by commands and the service robot/step (std_srvs/Trigger). "
         "Errors: no master; no states, or not of all joints, within start_timeout; in a step: the mode is "
         "refused where nobody listens to its topic; those of SharedMemory/Robot.");
 }

@@ -10,11 +10,13 @@ peer.py see TYPE TOPIC EXPR          prints what EXPR makes of the next message 
 peer.py effort NAMESPACE KP KD N     drives a served robot to 0 by efforts, a command for each of N states, and prints their times and positions
 peer.py path NAMESPACE JOINT X       sends a trajectory to X, and prints where the joint is when it is there
 peer.py call NAME TYPE EXPR          calls a service with what EXPR makes of r, and prints the answer
+peer.py offer NAME TYPE EXPR         offers a service that answers what EXPR makes of a, for the request r and its number k
 peer.py robot NAMESPACE JOINT...     is a robot: integrates commands of efforts (as accelerations) and velocities, takes positions
                                      and ways at once, tells its joints in the other order; prints "let go" at zeros after others
 """
 
 import importlib.util
+import itertools
 import queue
 import sys
 import time
@@ -143,6 +145,22 @@ def call(name, kind, expression="None"):
     r = its._request_class()
     exec(expression, {"r": r})
     say(str(rospy.ServiceProxy(name, its)(r)).replace("\n", " | "))
+
+
+def offer(name, kind, expression):
+    its = type_of(kind, ("srv",))
+    rospy.init_node("peer", anonymous=True)
+    count = itertools.count(1)
+
+    def take(r):
+        a = its._response_class()
+        exec(expression, {"r": r, "a": a, "k": next(count), "time": time})
+        return a
+
+    rospy.Service(name, its, take)
+    say("ready")
+    while True:
+        time.sleep(1)
 
 
 def robot(namespace, *joints):

@@ -13,6 +13,7 @@ using middleware::test::diagram;
 using middleware::test::icub;
 using middleware::test::icub_world;
 using toolbox::test::expect_contains;
+using toolbox::test::refusal;
 using toolbox::test::Running;
 
 /// `bf serve` of a robot in a namespace, whose messages come with what it prints.
@@ -136,6 +137,42 @@ TEST_F(Ros1Served, RefusesToStepWhatGoesByTheClock) {
     EXPECT_EQ(
         called("/clocked/robot/step", "std_srvs/Trigger"),
         "success: False | message: \"the robot's time goes by the clock; serve it without --realtime\"");
+}
+
+TEST_F(Ros1Served, IsLedInLockstepByADiagramToTheSameNumbers) {
+    for (const int ratio : {1, 3}) {
+        const std::string name = "/lock" + std::to_string(ratio);
+        Serving served(name);
+        middleware::test::expect_each_step_at_its_time(
+            "  world: {block: Ros1/Robot, period: 0.001, namespace: " + name +
+                ", start_timeout: 30, step_size: 0.001}\n",
+            "Ros1", ratio);
+    }
+}
+
+TEST_F(Ros1Served, EndsItsDiagramWhereItsServerDies) {
+    auto served = std::make_unique<Serving>("/dies");
+    Running run(diagram(icub + "  world: {block: Ros1/Robot, period: 0.001, namespace: /dies, start_timeout: "
+                               "30, step_size: 0.001}\n",
+                        "", "Ros1"));
+    for (int k = 0; k < 10; ++k) {
+        ASSERT_TRUE(run.step()) << run.simulation.failure();
+    }
+    served->end(SIGKILL);
+    int steps = 0;
+    while (run.step()) ASSERT_LT(++steps, 10);
+    expect_contains(run.simulation.failure(), "no state for 1");
+}
+
+TEST_F(Ros1Served, RefusesADiagramThatStepsWhatGoesByTheClock) {
+    Serving served("/goes", "--realtime --priority 0 --overrun skip");
+    expect_contains(served.line(), "serves the ");
+    expect_contains(
+        refusal(
+            diagram(icub + "  world: {block: Ros1/Robot, period: 0.001, namespace: /goes, start_timeout: 30, "
+                           "step_size: 0.001}\n",
+                    "", "Ros1")),
+        "it does not stand still: the robot's time goes by the clock; serve it without --realtime");
 }
 
 TEST_F(Ros1Served, FollowsATrajectoryToItsEndAndStaysThere) {

@@ -6,6 +6,7 @@
 #include "running.hpp"
 #include "types.hpp"
 
+#include <cmath>
 #include <functional>
 #include <thread>
 
@@ -215,6 +216,18 @@ TEST_F(Ros1Topics, StayForThoseWhoComeLater) {
     Running later(model(subscribe(", topic: kept, start_timeout: 20")));
     ASSERT_TRUE(later.step()) << later.simulation.failure();
     EXPECT_EQ(later.scalar("s.data"), 5);
+}
+
+TEST_F(Ros1Topics, HaveTheTimeOfWhoeverSendsTheClock) {
+    Peer peer({"send", "rosgraph_msgs/Clock", "/clock", "100", "m.clock=rospy.Time(100+k)"});
+    ASSERT_EQ(peer.line(), "ready");
+    const std::string joints = ", topic: timed, type: sensor_msgs/JointState, fields: ";
+    Running run(model(publish(joints + "\"{'position'}\"") + subscribe(joints + "\"{'header.stamp'}\""),
+                      "u: p", "u: {shape: 1}", "Node, use_sim_time: true"));
+    EXPECT_TRUE(steps_until(run, [&] { return run.scalar("s.header_stamp") >= 110; }))
+        << run.scalar("s.header_stamp");
+    EXPECT_LT(run.scalar("s.header_stamp"), 1e4) << "it is that of the clock";
+    EXPECT_EQ(run.scalar("s.header_stamp"), std::floor(run.scalar("s.header_stamp")));
 }
 
 TEST_F(Ros1Topics, KeepTheCommasOfASingleText) {

@@ -1,5 +1,6 @@
 #include "end.hpp"
 
+#include "bf/middleware/fields.hpp"
 #include "bf/middleware/topic_end.hpp"
 #include "messages.hpp"
 
@@ -18,9 +19,9 @@ class ServedTopics final : public middleware::ServedTopics {
         joints_ = node_.advertise(messages::joint_state(), "joint_states", {});
         clock_ = node_.advertise(messages::clock(), "/clock", {});
         for (const auto& name : robot.wrenches)
-            wrenches_.push_back(node_.advertise(messages::wrench(), plain(name) + "/wrench", {}));
+            wrenches_.push_back(node_.advertise(messages::wrench(), middleware::plain(name) + "/wrench", {}));
         for (const auto& name : robot.imus)
-            imus_.push_back(node_.advertise(messages::imu(), plain(name) + "/imu", {}));
+            imus_.push_back(node_.advertise(messages::imu(), middleware::plain(name) + "/imu", {}));
         messages::assign(joint_->name, robot.joints);
         wrench_names_ = robot.wrenches;
         imu_names_ = robot.imus;

@@ -5,7 +5,6 @@
 #include "messages.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
@@ -63,12 +62,6 @@ void check(rcl_ret_t code, const std::string& what) {
     const std::string why = reason();
     throw std::runtime_error(what +
                              (why.empty() ? " (rcl's code " + std::to_string(code) + ")" : ": " + why));
-}
-
-std::string plain(const std::string& name) {
-    std::string text;
-    for (const char letter : name) text += std::isalnum(static_cast<unsigned char>(letter)) ? letter : '_';
-    return text.empty() || std::isdigit(static_cast<unsigned char>(text.front())) ? "s" + text : text;
 }
 
 Context::Context(const NodeOptions& options) {

@@ -28,9 +28,6 @@ inline constexpr const char* loopback_profile = BF_ROS2_PREFIX "/share/blockfact
 /// Throws std::runtime_error: what failed, and why as rcl says it.
 void check(rcl_ret_t code, const std::string& what);
 
-/// A name of anything as those of ROS 2 and of ports may be.
-std::string plain(const std::string& name);
-
 /// The guarantees of a topic's messages.
 struct Quality {
     int depth = 10;

@@ -94,6 +94,9 @@ struct Place {
     int first, size;
 };
 
+/// A name of anything as those of ROS and of ports may be.
+std::string plain(const std::string& name);
+
 bool is_number(const Field& field);
 /// Of those fields whose paths begin so.
 std::vector<std::string> paths(const MessageType& type, bool are_numbers, const std::string& prefix = "");

@@ -4,9 +4,12 @@
 #include "bf/base/names.hpp"
 #include "bf/base/open_file.hpp"
 #include "connection.hpp"
+#include "frames.hpp"
 
 #include <algorithm>
+#include <array>
 #include <fstream>
+#include <limits>
 #include <map>
 #include <numeric>
 #include <optional>
@@ -66,6 +69,50 @@ class Played final : public Incoming {
     std::vector<std::int64_t> times_; ///< ns
     std::vector<std::size_t> order_;  ///< number of the row of each time
     std::vector<double> rows_;
+};
+
+/// All that a transform was while the bag was recorded, of which a step takes what it was at its time.
+class PlayedTransform final : public middleware::TransformView {
+  public:
+    /// Messages in the order of their times, s since 1970, of which the bag begins at that one.
+    PlayedTransform(const std::string& target, const std::string& source, double begin,
+                    const std::vector<std::pair<double, middleware::FrameMessage>>& messages)
+        : begin_(begin) {
+        middleware::FrameBuffer frames;
+        middleware::TransformWatch watch(target, source);
+        add(begin, watch.look(frames, begin, begin));
+        rows_.front().time = -std::numeric_limits<double>::infinity();
+        for (const auto& [time, message] : messages) {
+            if (const auto wrong = frames.add(message, time); !wrong.empty()) watch.leave_out(wrong);
+            add(time, watch.look(frames, time, time));
+        }
+    }
+    void take(double time, double* values) noexcept override { std::ranges::copy(row(time).values, values); }
+    void why(double time, std::span<char> text) const noexcept override {
+        const std::string& its = row(time).why;
+        const auto end = std::copy_n(its.begin(), std::min(its.size(), text.size() - 1), text.begin());
+        *end = '\0';
+    }
+    double now(double time) const noexcept override { return begin_ + time; }
+    double looked(double time) const noexcept override { return time; }
+
+  private:
+    struct Row {
+        double time = 0;
+        std::array<double, size> values = {};
+        std::string why = "";
+    };
+    void add(double time, const middleware::KnownTransform& known) {
+        Row row{.time = time, .why = known.why};
+        write(known, row.values.data());
+        if (rows_.empty() || row.values != rows_.back().values || row.why != rows_.back().why)
+            rows_.push_back(std::move(row));
+    }
+    const Row& row(double time) const noexcept {
+        return *(std::ranges::upper_bound(rows_, now(time), {}, &Row::time) - 1);
+    }
+    const double begin_; ///< s since 1970
+    std::vector<Row> rows_;
 };
 
 /// Some programs leave out the slash with which a name begins.
@@ -145,6 +192,33 @@ class Bag final : public Connection {
               .defect = {}});
         end->sort(*first_ + static_cast<std::int64_t>(begin_ * 1e9 + 0.5));
         return end;
+    }
+
+    std::shared_ptr<middleware::TransformView> watch(const std::string& target,
+                                                     const std::string& source) override {
+        const auto type = transforms_type();
+        const auto message = std::static_pointer_cast<Message>(type->make());
+        std::map<std::uint32_t, bool> is_static; ///< of the topics of tf
+        std::vector<std::pair<double, middleware::FrameMessage>> all;
+        read({.connection =
+                  [&](std::uint32_t number, const BagConnection& its) {
+                      const std::string name = rooted(its.topic);
+                      if ((name == "/tf" || name == "/tf_static") && its.md5 == type->md5())
+                          is_static[number] = name == "/tf_static";
+                  },
+              .message =
+                  [&](std::uint32_t number, std::int64_t time, std::span<const std::byte> bytes) {
+                      const auto found = is_static.find(number);
+                      if (found == is_static.end()) return;
+                      type->decode({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()},
+                                   *message);
+                      for (auto& each : frames_of(*message, found->second))
+                          all.emplace_back(static_cast<double>(time) / 1e9, std::move(each));
+                  },
+              .defect = {}});
+        std::ranges::stable_sort(all, {}, [](const auto& each) { return each.first; });
+        return std::make_shared<PlayedTransform>(target, source, static_cast<double>(*first_) / 1e9 + begin_,
+                                                 all);
     }
 
   private:

@@ -3,6 +3,7 @@
 
 #include "bf/core/registry.hpp"
 #include "bf/middleware/calls.hpp"
+#include "bf/middleware/frame_listener.hpp"
 #include "bf/middleware/topics.hpp"
 #include "bf/middleware/transforms.hpp"
 #include "types.hpp"
@@ -39,6 +40,9 @@ class Connection {
     /// Gives it what it calls with, in a thread that ends with what is returned.
     virtual std::shared_ptr<void> call(const std::string& service, const ServiceType& type,
                                        const std::shared_ptr<middleware::Calling>& end) = 0;
+    /// Follows what the topics of tf tell of a transform.
+    virtual std::shared_ptr<middleware::TransformView> watch(const std::string& target,
+                                                             const std::string& source) = 0;
     /// Are messages the same whenever a run goes on from a snapshot?
     virtual bool can_save() const = 0;
     int state_size() const { return 0; }
@@ -58,6 +62,7 @@ void add_bag(Library& library);
 void add_topics(Library& library);
 void add_calls(Library& library);
 void add_transforms(Library& library);
+void add_frames(Library& library);
 void add_robot(Library& library);
 
 } // namespace bf::ros1

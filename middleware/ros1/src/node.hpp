@@ -14,6 +14,8 @@
 
 namespace bf::ros1 {
 
+class Frames;
+
 /// How a program appears among others.
 struct NodeOptions {
     std::string name = "blockfactory";
@@ -74,6 +76,8 @@ class Node final : public Connection {
                                                     middleware::Wanted wanted) override;
     std::shared_ptr<void> call(const std::string& service, const ServiceType& type,
                                const std::shared_ptr<middleware::Calling>& end) override;
+    std::shared_ptr<middleware::TransformView> watch(const std::string& target,
+                                                     const std::string& source) override;
     bool can_save() const override { return false; }
 
     /// Calls `taken` in the node's thread for each message, or `refused` with what is wrong with it, as long
@@ -108,6 +112,7 @@ class Node final : public Connection {
         std::make_shared<std::atomic<double>>(by_system); ///< on /clock, s
     std::shared_ptr<ros::Subscriber> clock_;
     const std::shared_ptr<KeptTransforms> kept_transforms_ = std::make_shared<KeptTransforms>();
+    std::weak_ptr<Frames> frames_; ///< that blocks of the node listen to
     middleware::Outbox outbox_;
 };
 

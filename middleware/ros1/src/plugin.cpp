@@ -21,5 +21,6 @@ extern "C" void bf_plugin_v1(bf::Library& library) {
     bf::ros1::add_topics(library);
     bf::ros1::add_calls(library);
     bf::ros1::add_transforms(library);
+    bf::ros1::add_frames(library);
     bf::ros1::add_robot(library);
 }

@@ -379,6 +379,7 @@ void MessageType::decode(Bytes bytes, Message& message) const {
 }
 
 Bytes MessageType::decode_first(Bytes bytes, Message& message) const {
+    message.bytes = bytes;
     Front front(bytes);
     message.lists.clear();
     for (const auto& part : parts_) {

@@ -2,6 +2,8 @@
 
 peer.py echo TYPE TOPIC N            prints N messages, a line each, and the md5 of the type first
 peer.py send TYPE TOPIC HZ EXPR      sends what EXPR makes of m and k, the number of the message, until it is ended
+peer.py frames HZ EXPR               sends transforms: EXPR calls tf(parent, child, time, x, y, z, angle about z) and still(...) of the same for the time t, and k
+peer.py transforms FILE              writes a bag of transforms: base in map 10 times a second, at x = 0, 1, ..., 9, the camera at rest in it
 peer.py bag FILE COMPRESSION EXPR    writes a bag: EXPR calls write(topic, type, t, assignments to m)
 peer.py index FILE                   prints what rosbag's own reader has: topic, time in ns, message
 peer.py reindex FILE                 does what `rosbag reindex` does to a bag that was cut
@@ -17,10 +19,12 @@ peer.py robot NAMESPACE JOINT...     is a robot: integrates commands of efforts 
 
 import importlib.util
 import itertools
+import math
 import queue
 import sys
 import time
 
+import genpy.dynamic
 import rosbag
 import rospy
 
@@ -62,6 +66,59 @@ def send(name, topic, rate, expression):
         publisher.publish(m)
         k += 1
         time.sleep(1 / float(rate))
+
+
+def transforms_type():
+    """tf2_msgs/TFMessage, made by genpy, as its package need not be installed."""
+    from geometry_msgs.msg import TransformStamped
+
+    text = "geometry_msgs/TransformStamped[] transforms\n" + "=" * 80 + "\nMSG: geometry_msgs/TransformStamped\n"
+    return genpy.dynamic.generate_dynamic("tf2_msgs/TFMessage", text + TransformStamped._full_text)["tf2_msgs/TFMessage"]
+
+
+def transform(parent, child, t, x=0.0, y=0.0, z=0.0, angle=0.0):
+    from geometry_msgs.msg import TransformStamped
+
+    m = TransformStamped()
+    m.header.frame_id, m.child_frame_id = parent, child
+    m.header.stamp = rospy.Time(0, round(t * 1e9))
+    m.transform.translation.x, m.transform.translation.y, m.transform.translation.z = x, y, z
+    m.transform.rotation.z, m.transform.rotation.w = math.sin(angle / 2), math.cos(angle / 2)
+    return m
+
+
+def frames(rate, expression):
+    rospy.init_node("peer", anonymous=True)
+    its = transforms_type()
+    moving = rospy.Publisher("/tf", its, queue_size=100)
+    latched = rospy.Publisher("/tf_static", its, queue_size=100, latch=True)
+    told = {}
+
+    def tf(*words):
+        moving.publish(its(transforms=[transform(*words)]))
+
+    def still(parent, child, *words):
+        if told.get(child) != words:
+            told[child] = words
+            latched.publish(its(transforms=[transform(parent, child, *words)]))
+
+    say("ready")
+    k = 0
+    while True:
+        exec(expression, {"tf": tf, "still": still, "t": time.time(), "k": k})
+        k += 1
+        time.sleep(1 / float(rate))
+
+
+def transforms(path):
+    its = transforms_type()
+    with rosbag.Bag(path, "w") as to:
+        for k in range(10):
+            t = 1_600_000_000 + 0.1 * k
+            if k == 2:
+                to.write("/tf_static", its(transforms=[transform("base", "camera", 0.0, 0.0, 0.0, 1.0)]), rospy.Time(0, round(t * 1e9)))
+            to.write("/tf", its(transforms=[transform("/map", "/base", t - 0.03, float(k))]), rospy.Time(0, round(t * 1e9)))
+    say(its._md5sum)
 
 
 def bag(path, compression, expression):

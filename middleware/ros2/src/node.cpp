@@ -98,23 +98,18 @@ Context::Context(const NodeOptions& options) {
         throw std::runtime_error("there can be no node '" + options.name + "' in the namespace '" +
                                  options.name_space + "': " + why_not);
     }
-    auto allocator = rcl_get_default_allocator();
-    ignore(rcl_clock_init(RCL_ROS_TIME, &clock, &allocator));
 }
 
 Context::~Context() {
-    ignore(rcl_clock_fini(&clock));
     ignore(rcl_node_fini(&node));
     ignore(rcl_shutdown(&context));
     ignore(rcl_context_fini(&context));
     rcl_reset_error();
 }
 
-double Context::now() noexcept {
-    const std::lock_guard lock(clock_mutex);
-    rcl_time_point_value_t time = 0;
-    ignore(rcl_clock_get_now(&clock, &time));
-    return static_cast<double>(time) / 1e9;
+double Context::now() const noexcept {
+    if (const double told = told_time; told != by_system) return told;
+    return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
 }
 
 // ---- what is awaited and sent
@@ -222,14 +217,11 @@ void Node::open() {
     check(rcl_guard_condition_init(&changed_, &context_->context, guard), "ROS 2 does not begin");
     const auto& args = options_.arguments;
     if (std::find(args.begin(), args.end(), "use_sim_time:=true") != args.end()) {
-        ignore(rcl_enable_ros_time_override(&context_->clock));
-        auto context = context_;
-        clock_ = subscribe(messages::clock(), "/clock", {1, false}, [context](const void* message) {
-            const auto& time = static_cast<const messages::Clock*>(message)->clock;
-            const std::lock_guard lock(context->clock_mutex);
-            ignore(rcl_set_ros_time_override(&context->clock,
-                                             std::int64_t{time.sec} * 1'000'000'000 + time.nanosec));
-        });
+        context_->told_time = 0;
+        clock_ =
+            subscribe(messages::clock(), "/clock", {1, false}, [context = context_](const void* message) {
+                context->told_time = messages::seconds(static_cast<const messages::Clock*>(message)->clock);
+            });
     }
     goes_on_ = true;
     waiting_ = std::thread([this] { wait(); });

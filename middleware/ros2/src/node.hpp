@@ -14,6 +14,7 @@
 
 namespace bf::ros2 {
 
+class Frames;
 using middleware::Sender, middleware::send_last, middleware::wait_until;
 
 /// How a program appears among others.
@@ -41,13 +42,13 @@ struct Context {
     ~Context();
     Context(const Context&) = delete;
     Context& operator=(const Context&) = delete;
-    /// s since 1970, by the system or by whoever sends /clock.
-    double now() noexcept;
+    /// s since 1970, by the system or by whoever sends /clock; for use in steps, too.
+    double now() const noexcept;
 
     rcl_context_t context = rcl_get_zero_initialized_context();
     rcl_node_t node = rcl_get_zero_initialized_node();
-    rcl_clock_t clock{}; ///< ROS time
-    std::mutex clock_mutex;
+    std::atomic<double> told_time{by_system}; ///< on /clock, s; 0 until it is
+    static constexpr double by_system = -1;
 };
 
 /// What the waiting thread waits for.
@@ -166,6 +167,7 @@ class Node {
     void add(const std::shared_ptr<middleware::Sender>& sender) { outbox_.add(sender); }
     /// Wakes the sending thread; in steps, too.
     middleware::Bell& bell() noexcept { return outbox_.bell(); }
+    std::weak_ptr<Frames> frames; ///< that blocks of the node listen to
 
   private:
     template <class T> std::shared_ptr<T> awaited(std::shared_ptr<T> entity);

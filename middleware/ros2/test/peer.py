@@ -1,8 +1,10 @@
 """Programs of ROS 2 that are not ours, over rclpy: the other side of the tests.
 
 peer.py echo TYPE TOPIC N            prints N messages, a line each
+peer.py follow TYPE TOPIC N          the same once somebody sends to the topic, who soon knows this program then
 peer.py latched TYPE TOPIC N         the same of a topic whose messages stay for those who come later
 peer.py send TYPE TOPIC HZ EXPR [N]  keeps N messages on their way, and sends what EXPR makes of m and k, the number of the message, until it is ended
+peer.py frames HZ EXPR               sends transforms: EXPR calls tf(parent, child, time, x, y, z, angle about z) and still(...) of the same for the time t, and k
 peer.py effort NAMESPACE KP KD N     drives a served robot to 0 by efforts, a command for each of N states
 peer.py answer NAMESPACE N LATE      answers N states by efforts, each that comes, a fifth of them LATE s late
 peer.py path NAMESPACE JOINT X       sends a trajectory to X, and prints where the joint is until it is there
@@ -56,6 +58,12 @@ def echo(name, topic, count, profile=qos_profile_sensor_data):
         rclpy.spin_once(node)
 
 
+def follow(name, topic, count):
+    while node.count_publishers(topic) == 0:
+        rclpy.spin_once(node, timeout_sec=0.05)
+    echo(name, topic, count)
+
+
 def latched(name, topic, count):
     echo(name, topic, count, QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL))
 
@@ -69,6 +77,39 @@ def send(name, topic, rate, expression, depth="10"):
         m = its()
         exec(expression, {"m": m, "k": k})
         publisher.publish(m)
+        k += 1
+        time.sleep(1 / float(rate))
+
+
+def frames(rate, expression):
+    from geometry_msgs.msg import TransformStamped
+    from tf2_msgs.msg import TFMessage
+
+    moving = node.create_publisher(TFMessage, "/tf", 100)
+    latched = node.create_publisher(TFMessage, "/tf_static", QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+    told = {}
+
+    def transform(parent, child, t, x=0.0, y=0.0, z=0.0, angle=0.0):
+        m = TransformStamped(child_frame_id=child)
+        m.header.frame_id = parent
+        m.header.stamp.sec, m.header.stamp.nanosec = divmod(round(t * 1e9), 10**9)
+        m.transform.translation.x, m.transform.translation.y, m.transform.translation.z = map(float, (x, y, z))
+        m.transform.rotation.z, m.transform.rotation.w = float(np.sin(angle / 2)), float(np.cos(angle / 2))
+        return m
+
+    def tf(*words):
+        moving.publish(TFMessage(transforms=[transform(*words)]))
+
+    def still(parent, child, *words):
+        new = transform(parent, child, *words)
+        if told.get(child) != words:
+            told[child] = words
+            latched.publish(TFMessage(transforms=[new]))
+
+    say("ready")
+    k = 0
+    while True:
+        exec(expression, {"tf": tf, "still": still, "t": time.time(), "k": k})
         k += 1
         time.sleep(1 / float(rate))
 
@@ -238,6 +279,6 @@ def parameters(name, *expressions):
 
 
 try:
-    {f.__name__: f for f in (echo, latched, send, effort, answer, path, call, offer, camera, pursue, parameters)}[sys.argv[1]](*sys.argv[2:])
+    {f.__name__: f for f in (echo, follow, latched, send, frames, effort, answer, path, call, offer, camera, pursue, parameters)}[sys.argv[1]](*sys.argv[2:])
 except KeyboardInterrupt:
     pass

@@ -1,0 +1,126 @@
+// Transforms between frames, as programs of ROS 1 that are not ours tell them, and as bags have them.
+#include "cycles.hpp"
+#include "frames.hpp"
+#include "heap.hpp"
+#include "master.hpp"
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+namespace bf::ros1::test {
+namespace {
+
+using toolbox::test::expect_contains;
+using toolbox::test::refusal;
+using toolbox::test::Running;
+
+std::string pose_of(const std::string& settings, const std::string& node = "Node") {
+    return "model: m\nplugins: [Ros1]\nstep: 0.01\nblocks:\n  node: {block: Ros1/" + node +
+           "}\n  s: {block: Ros1/SubscribeTransform" + settings + "}\n";
+}
+
+} // namespace
+
+using Ros1Frames = WithMaster;
+
+TEST_F(Ros1Frames, AreFollowedAlongTheirTree) {
+    Peer peer({"frames", "200",
+               "u = t % 10; tf('map', 'base', t, u, 2.0, 0.0, 0.3 * u); still('base', 'camera', 0.0, 1.0, "
+               "0.5, 0.0)"});
+    ASSERT_EQ(peer.line(), "ready");
+    Running run(pose_of(", target: map, source: camera, start_timeout: 20"));
+    int seen = 0;
+    double last = -1;
+    ASSERT_TRUE(steps_until(run, [&] {
+        const Eigen::Matrix4d H = run.get("s.target_H_source");
+        const double angle = std::atan2(H(1, 0), H(0, 0)), u = angle / 0.3;
+        Eigen::Matrix4d expected = Eigen::Matrix4d::Identity();
+        expected.topLeftCorner<2, 2>() = Eigen::Rotation2D<double>(angle).matrix();
+        expected.topRightCorner<2, 1>() =
+            Eigen::Vector2d(u, 2) + Eigen::Rotation2D<double>(angle) * Eigen::Vector2d(1, 0.5);
+        EXPECT_LT((H - expected).cwiseAbs().maxCoeff(), 1e-9);
+        EXPECT_GT(run.scalar("s.age"), 0);
+        EXPECT_LT(run.scalar("s.age"), 5);
+        seen += u != last;
+        last = u;
+        return seen > 20;
+    })) << run.simulation.failure();
+    EXPECT_EQ(run.scalar("s.valid"), 1);
+    peer.end();
+    usleep(300'000);
+    const long before = bf::test::heap_calls();
+    for (int k = 0; k < 100; ++k) {
+        ASSERT_TRUE(run.step());
+    }
+    EXPECT_EQ(bf::test::heap_calls(), before);
+}
+
+TEST_F(Ros1Frames, EndTheRunWhereTheyAreNotFoundOrTooOld) {
+    expect_contains(refusal(pose_of(", target: map, start_timeout: 0.1")),
+                    "s: the pose of 'base' in 'map' is not found within 0.1 s: no frames are told");
+    Peer peer({"frames", "200", "tf('map', 'base', t)"});
+    ASSERT_EQ(peer.line(), "ready");
+    Running run(pose_of(", target: map, source: bose, timeout: 2"));
+    EXPECT_FALSE(steps_until(run, [] { return false; }));
+    expect_contains(run.simulation.failure(),
+                    "s: the transform is older than argument 'timeout': there is no "
+                    "frame 'bose'; did you mean 'base'?");
+}
+
+TEST_F(Ros1Frames, LeaveOutMessagesOfAnotherType) {
+    Peer peer({"send", "std_msgs/String", "/tf", "100", "m.data='no transform'"});
+    ASSERT_EQ(peer.line(), "ready");
+    Running run(pose_of(", timeout: 5"));
+    ASSERT_TRUE(steps_until(run, [&] { return run.scalar("s.left_out") > 0; }));
+    EXPECT_EQ(run.scalar("s.valid"), 0);
+}
+
+TEST_F(Ros1Frames, LeaveNothingBehindHoweverOftenTheyStart) {
+    Peer peer({"frames", "200", "tf('map', 'base', t)"});
+    ASSERT_EQ(peer.line(), "ready");
+    middleware::test::expect_no_leak([&] {
+        Running run(pose_of(", target: map, source: base, start_timeout: 20"));
+        EXPECT_TRUE(run.step());
+        EXPECT_EQ(run.scalar("s.valid"), 1);
+        run.simulation.stop();
+    });
+}
+
+TEST(Ros1Bag, HasTheTransformsOfEachMoment) {
+    if (!Peer::is_there()) GTEST_SKIP() << "there is no rosbag";
+    const Folder folder;
+    const std::string file = folder.path / "tf.bag";
+    Peer peer({"transforms", file});
+    EXPECT_EQ(transforms_type()->md5(), peer.line()) << "as genpy has it";
+    Running run(pose_of(", target: map, source: camera", "Bag, file: " + file));
+    for (int k = 0; k <= 100; ++k) { // of 10 ms; messages come 0.03 s after their stamps
+        ASSERT_TRUE(run.step()) << run.simulation.failure();
+        const bool is_valid = k >= 20;
+        EXPECT_EQ(run.scalar("s.valid"), is_valid) << k;
+        if (!is_valid) {
+            EXPECT_EQ(run.scalar("s.state"), 2) << "there is no camera yet";
+            continue;
+        }
+        const int newest = std::min(k / 10, 9);
+        const Matrix H = run.get("s.target_H_source");
+        EXPECT_EQ(H(0, 3), newest) << k;
+        EXPECT_EQ(H(2, 3), 1);
+        EXPECT_NEAR(run.scalar("s.age"), 0.03 + 0.01 * (k - 10 * newest), 2e-6) << k;
+    }
+}
+
+TEST(Ros1FrameMessages, AreRefusedWhereTheyEndTooSoon) {
+    std::vector<std::uint8_t> bytes{2, 0, 0, 0};
+    Message message;
+    for (std::size_t size = 4; size < 4 + 2 * (12 + 4 + 4 + 56); ++size) { // two transforms without names
+        const std::vector<std::uint8_t> cut(
+            bytes); // so that an address sanitizer sees what is read behind it
+        message.bytes = cut;
+        EXPECT_THROW(frames_of(message, false), std::runtime_error) << size;
+        bytes.push_back(0);
+    }
+    message.bytes = bytes;
+    EXPECT_EQ(frames_of(message, true).size(), 2U);
+}
+
+} // namespace bf::ros1::test

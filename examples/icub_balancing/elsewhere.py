@@ -3,32 +3,31 @@
 Usage: elsewhere.py BF [--deploy] [--yarp PREFIX] [--seconds S] [-o FOLDER]
 
 Each way serves the world as a robot and lets the same diagram drive it, once step by step, where all numbers must be
-those of the direct run (behind YARP, whose angles are degrees, but for roundoff), and once by the clock; with --deploy also from a package of bf deploy. Then the controller is
-killed, and the robot must go on standing; and a run is replayed without the robot. FOLDER (elsewhere) gets recordings
-and elsewhere.svg. Exit code 1 when something differs.
+those of the direct run (behind YARP, whose angles are degrees, but for roundoff), and once by the clock. Then the
+controller is killed, and the robot must go on standing; and a run is replayed without the robot. With --deploy a package
+of bf deploy drives it instead, step by step, with an empty environment and, where the system lets it, without what is
+installed here. FOLDER (elsewhere) gets recordings and elsewhere.svg. Exit code 1 when something differs.
 """
 import argparse
 import atexit
-import ctypes
-import fcntl
 import json
 import os
 import pathlib
-import shutil
 import signal
 import socket
-import struct
 import subprocess
 import sys
+import tempfile
 import time
 
 here = pathlib.Path(__file__).resolve().parent
 sys.path.insert(0, str(here.parent))
+import alone
 import recorded
 
 parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
 parser.add_argument("bf", type=pathlib.Path)
-parser.add_argument("--deploy", action="store_true")
+parser.add_argument("--deploy", action="store_true", help="packages drive the robot")
 parser.add_argument("--yarp", type=pathlib.Path, default=here.parents[1] / ".deps/yarp/prefix",
                     help="where YARP's programs are; without them, or without the plugin Yarp, it is left out")
 parser.add_argument("--seconds", type=float, default=20)
@@ -42,21 +41,9 @@ with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:  # a port that n
     probe.bind(("127.0.0.1", 0))
     port = str(probe.getsockname()[1])
 
-
-def enter_network_of_our_own():
-    """Ports of YARP listen to everybody, and nodes of ROS 2 hear all of their domain, so this program and its children get a network that ends at this computer."""
-    libc, new_user, new_network = ctypes.CDLL(None), 0x10000000, 0x40000000
-    if libc.unshare(new_network) != 0 and libc.unshare(new_user | new_network) != 0:
-        return False
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as any_socket:
-        set_flags, up_and_running = 0x8914, 0x41
-        fcntl.ioctl(any_socket, set_flags, struct.pack("16sh14x", b"lo", up_and_running))
-    return True
-
-
 doctor = json.loads(subprocess.run([bf, "doctor", "--json"], capture_output=True, text=True).stdout)
 plugins = {m["plugin"] for m in doctor["middlewares"] if m["good"]} & {"Yarp", "Ros2"}
-if plugins and not enter_network_of_our_own():
+if plugins and not alone.enter_network_of_our_own():
     plugins = set()
 
 
@@ -136,7 +123,7 @@ def same_world(what, way, world):
          tolerance.get(way, 0))
 
 
-for way in ways:
+for way in ways if not options.deploy else []:
     # Step by step.
     server = serve(way, "--once", "--record", out / f"{way}_world.mcap")
     recorded.run(*drive(way, "--stop", seconds, "--record", out / f"{way}.mcap"), timeout=None)
@@ -180,12 +167,18 @@ for way in ways:
     print(f"  {way}, the controller killed: the centre of mass stays above {height:.3f} m")
     assert height > 0.4, "it fell"
 
-for way in [way for way in ways if options.deploy and way != "udp"]:
-    shutil.rmtree(out / "package", ignore_errors=True)
-    recorded.run(bf, "deploy", model, *of(way), "-o", out / "package", timeout=None)
-    server = serve(way, "--once", "--record", out / "deployed_world.mcap")
-    recorded.run(out / "package" / "run", "--quiet", "--priority", 0, "--stop", seconds, timeout=None)
-    ended(server)
+for way in ways if options.deploy else []:
+    (out / "robot.key").unlink(missing_ok=True)  # which is no part of a package; the server makes it
+    with tempfile.TemporaryDirectory() as folder:
+        package = pathlib.Path(folder) / "package"
+        recorded.run(bf, "deploy", model, *of(way), "-o", package, timeout=None)
+        server = serve(way, "--once", "--record", out / "deployed_world.mcap")
+        words = [package / "run", "--quiet", "--priority", "0", "--stop", seconds]
+        needed = {k: v for k, v in os.environ.items() if way == "yarp" and k.startswith("YARP_")}  # where its name server is
+        result = subprocess.run(words, env=needed | {"PATH": "/usr/bin:/bin"}, cwd="/", preexec_fn=lambda: alone.hide(bf),
+                                capture_output=True, text=True)
+        assert result.returncode == 0, result.stdout + result.stderr
+        ended(server)
     world = recorded.read_recording(bf, out / "deployed_world.mcap")
     same_world(f"{way}, deployed package, the world", way, world)
     curves[f"{way}, deployed"] = world["world.com"]

@@ -5,6 +5,7 @@
 #include "messages.hpp"
 #include "parameters.hpp"
 #include "robot.hpp"
+#include "types.hpp"
 
 #include <cstdlib>
 
@@ -113,6 +114,9 @@ extern "C" const char* const* bf_deploy_v1() {
     const messages::Call calls[] = {messages::trigger(node, "packed_trigger", [](auto...) {}),
                                     messages::set_bool(node, "packed_bool", true, [](auto...) {})};
     node.close();
+    // Encoders of types that Lifecycle and parameters have in their code, which ROS 2 opens in runs.
+    for (const char* type : {"lifecycle_msgs/msg/State", "rcl_interfaces/msg/Parameter"})
+        bf::ros2::MessageType::find(type);
     return files;
 }
 

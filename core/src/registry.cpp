@@ -112,7 +112,8 @@ void Registry::load_plugin(const std::string& name) {
         throw PluginError("plugin '" + name + "' was not found: searched " +
                           (file.empty() ? list(search_path_) : file.string()) +
                           did_you_mean(name, available_plugins()) +
-                          "; set BLOCKFACTORY_PLUGIN_PATH to the folder that holds " + name + ".so");
+                          "; set BLOCKFACTORY_PLUGIN_PATH to the folder that holds " + name +
+                          ".so, or let the model name the file: plugins: [FOLDER/" + name + ".so]");
 
     if (const std::string wrong = why_not_loadable(file.string()); !wrong.empty())
         throw PluginError("plugin " + file.string() + " cannot be loaded: " + wrong);
@@ -187,15 +188,23 @@ const BlockClass& Registry::find(const std::string& qualified_name) {
         if (const auto* known = lookup()) return *known;
     }
     std::vector<std::string> names;
-    for (const auto& known : classes_) {
-        names.push_back(known->qualified_name());
-        // A block of a library asked for without its library is the commonest slip.
-        if (known->name == qualified_name)
-            throw PluginError("there is no block '" + qualified_name + "'; did you mean '" +
-                              known->qualified_name() + "'?");
-    }
+    for (const auto& known : classes_) names.push_back(known->qualified_name());
+    const auto same_name = [&] {
+        return std::ranges::find(classes_, qualified_name, [](const auto& known) { return known->name; });
+    };
+    const bool has_similar = !similar(qualified_name, names).empty();
+    if (qualified_name.find('/') == std::string::npos && same_name() == classes_.end() && !has_similar)
+        for (const auto& plugin : available_plugins()) try {
+                load_plugin(plugin);
+            } catch (const PluginError&) { // which is told to those who ask for that one
+            }
+    // A block of a library asked for without its library is the commonest slip.
+    if (const auto its = same_name(); its != classes_.end())
+        throw PluginError(
+            "there is no block '" + qualified_name + "'; did you mean '" + (*its)->qualified_name() +
+            "'? It is in a plugin, which the model names by plugins: [" + (*its)->library + "]");
     throw PluginError("there is no block '" + qualified_name + "'" + did_you_mean(qualified_name, names) +
-                      (similar(qualified_name, names).empty() ? "; `bf describe` lists all blocks" : ""));
+                      (!has_similar ? "; `bf describe` lists all blocks" : ""));
 }
 
 } // namespace bf

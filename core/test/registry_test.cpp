@@ -81,7 +81,17 @@ TEST(Registry, SaysWhereItSearchedAndWhatIsSimilar) {
     EXPECT_EQ(plugin_error_of([&] { registry.load_plugin("TestPlugn"); }),
               "plugin 'TestPlugn' was not found: searched " + folder +
                   "; did you mean 'TestPlugin'?; set BLOCKFACTORY_PLUGIN_PATH to the folder that holds "
-                  "TestPlugn.so");
+                  "TestPlugn.so, or let the model name the file: plugins: [FOLDER/TestPlugn.so]");
+}
+
+TEST(Registry, NamesThePluginOfABlockThatIsAskedForWithoutIt) {
+    Registry registry;
+    registry.add_search_path(folder);
+    for (int again = 0; again < 2; ++again)
+        EXPECT_EQ(
+            plugin_error_of([&] { registry.find("Double"); }),
+            "there is no block 'Double'; did you mean 'TestPlugin/Double'? It is in a plugin, which the "
+            "model names by plugins: [TestPlugin]");
 }
 
 TEST(Registry, NamesTheSymbolThatAPluginMisses) {
@@ -171,8 +181,10 @@ TEST(Registry, SuggestsBlocksLikeTheOneAskedFor) {
     registry.load_plugin("TestPlugin");
     EXPECT_EQ(plugin_error_of([&] { registry.find("gian"); }),
               "there is no block 'gian'; did you mean 'Gain'?");
-    EXPECT_EQ(plugin_error_of([&] { registry.find("Double"); }),
-              "there is no block 'Double'; did you mean 'TestPlugin/Double'?");
+    EXPECT_EQ(
+        plugin_error_of([&] { registry.find("Double"); }),
+        "there is no block 'Double'; did you mean 'TestPlugin/Double'? It is in a plugin, which the model "
+        "names by plugins: [TestPlugin]");
     EXPECT_EQ(plugin_error_of([&] { registry.find("Nonsense"); }),
               "there is no block 'Nonsense'; `bf describe` lists all blocks");
 }

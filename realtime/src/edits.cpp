@@ -13,9 +13,8 @@ void Server::State::Edits::end() {
     if (phase_ == Phase::posted) state_.loop.succession->withdraw();
     if (phase_ == Phase::finishing)
         answer(true);
-    else if (edited_.successor)
+    else if (phase_ != Phase::none && edited_.successor)
         state_.options.editing->finish(false);
-    edited_.successor = nullptr;
     phase_ = Phase::none;
 }
 

@@ -218,12 +218,20 @@ async def strangers():
     reader, writer = await asyncio.open_connection("127.0.0.1", int(sys.argv[1]))
     writer.write(b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n")
     assert b"403" in await reader.readline()
-    reader, writer = await asyncio.open_connection("127.0.0.1", int(sys.argv[1]))
-    writer.write(b"\x00\xff" * 10_000)
-    try:
-        assert await reader.read() == b""
-    except ConnectionResetError:
-        pass
+
+    async def answer(text):
+        reader, writer = await asyncio.open_connection("127.0.0.1", int(sys.argv[1]))
+        writer.write(text)
+        try:
+            return await reader.read()
+        except ConnectionResetError:
+            return b""
+
+    assert await answer(b"\x00\xff" * 10_000) == b""
+    head = b"GET / HTTP/1.1\r\nHost: localhost\r\nCookie: "
+    for length, is_read in ((16_000, True), (16_500, False)):  # they are given 16 KiB, whether they are friends or not
+        cookie = b"c" * (length - len(head) - 4)
+        assert (b"403" in await answer(head + cookie + b"\r\n\r\n")) == is_read, length
     async with Viewer() as viewer:
         assert await viewer.get("small.value") == {"small.value": 1}, "the server lives"
 

@@ -61,9 +61,13 @@ class Connection:
         await self.say("subscribe", subscriptions=[{"id": number, "channelId": number}])
         return number
 
-    async def request(self, service, payload=b"", number=7, encoding=b"json"):
-        """What a service answers to JSON or bytes; 99 is a service that is not there."""
+    async def call_service(self, service, payload=b"", number=7, encoding=b"json"):
+        """Asks with JSON or bytes; 99 is a service that is not there."""
         text = payload if isinstance(payload, bytes) else json.dumps(payload).encode()
         head = struct.pack("<BIII", 2, self.services.get(service, 99), number, len(encoding))
         await self.socket.send(head + encoding + text)
+
+    async def request(self, service, payload=b"", number=7, encoding=b"json"):
+        """What a service answers."""
+        await self.call_service(service, payload, number, encoding)
         return await self.until(lambda m: m.get("callId", m.get("call")) == number)

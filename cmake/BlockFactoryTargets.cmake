@@ -2,11 +2,13 @@ include(bf_plugin)
 
 # bf_group(target...): sources are compiled in groups, as one, since what their headers instantiate takes longer to
 # compile than what they say themselves. Groups are small, so that an edit compiles in seconds.
-option(BF_GROUP "compile sources in groups" ON)
+set(BF_APART "" CACHE STRING "targets whose sources are compiled one by one, for who changes them again and again")
 option(BF_EVERY_COMPILER "compare generated code and kernels with those of g++, too, when another compiler builds" OFF)
 function(bf_group)
-    set_target_properties(${ARGN} PROPERTIES UNITY_BUILD ${BF_GROUP} UNITY_BUILD_BATCH_SIZE 4)
     foreach(target ${ARGN})
+        if(NOT target IN_LIST BF_APART)
+            set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 4)
+        endif()
         # A class that uses a type without a name outside its file: it is a source's own, not a header's.
         target_compile_options(${target} PRIVATE $<$<COMPILE_LANG_AND_ID:CXX,GNU>:-Wno-subobject-linkage>)
     endforeach()

@@ -1,0 +1,62 @@
+// Generated code of few models beside the engine, within seconds; that of all is compared by the other
+// program.
+#include "../compare.hpp"
+#include "../folder.hpp"
+#include "../write_models.hpp"
+
+#include <cstdlib>
+#include <gtest/gtest.h>
+#include <set>
+
+namespace bf::codegen::test {
+namespace {
+
+/// One of each kind: rates, conditions, solvers, events, loops, charts, tables, names, failures, functions
+/// that are split.
+std::vector<Case> small_cases() {
+    std::set<std::string> names{"chain_30",
+                                "multirate",
+                                "enabled_reset",
+                                "rk4_held",
+                                "class",
+                                "becomes_nan",
+                                "triggered_rising",
+                                "reset_either",
+                                "actions",
+                                "loops_reset",
+                                "crossings_rk4_reset",
+                                "crossing_and_either",
+                                "infinite",
+                                "tables",
+                                "charts",
+                                "endless",
+                                "three_rates",
+                                "functions"};
+    std::vector<Case> cases;
+    for (auto* make : {structure_cases, control_cases, rate_cases})
+        for (auto& one : make())
+            if (names.erase(one.elaborated.diagram.name) > 0) cases.push_back(std::move(one));
+    EXPECT_EQ(names, std::set<std::string>());
+    return cases;
+}
+
+int system_in(const fs::path& folder, const std::string& command) {
+    return std::system(("cd " + folder.string() + " && " + command).c_str());
+}
+
+TEST(GeneratedCode, EqualsTheEngineForAModelOfEachKind) {
+    const Folder folder("small");
+    write_models({small_cases}, folder.path, 1);
+    const std::string places = " -I" BF_SOURCE_DIRECTORY "/codegen/test -I. -Iinclude ";
+    ASSERT_EQ(system_in(folder.path, BF_CXX " -std=c++17 -O0 -ffp-contract=off" + places +
+                                         "part_0.cpp driver.cpp -o driver"),
+              0);
+    ASSERT_EQ(
+        system_in(folder.path, BF_CC " -std=c11 -O0 -ffp-contract=off -Wall -Wextra -Wconversion -Werror" +
+                                   places + "c_part_0.c c_part_1.c c_driver.c -lm -o c_driver"),
+        0);
+    compare_all(small_cases(), {folder.path / "driver", folder.path / "c_driver", "", BF_TEST_PLUGINS});
+}
+
+} // namespace
+} // namespace bf::codegen::test

@@ -86,26 +86,31 @@ async def control():
         assert await viewer.call("start", payload={"who": "page 1 of ada@desk"}) is None
         assert await viewer.call("start") == "the program does not wait to be started"
         await other.until(lambda m: m.get("channel") == timing and m["steps"] > 10 and m["state"] == "running")
-        for k in range(50):  # a slider
-            assert await viewer.set(who="page 2\x1b[31m" + "x" * 500, gain__K=5 + k) is None
+        slider = "page 2\x1b[31m" + "x" * 500
+        for k in range(50):  # moves for more than two seconds, and goes on after a pause of more
+            assert await viewer.set(who=slider, gain__K=4.5 + k) is None
+            await asyncio.sleep(0.05)
+        await asyncio.sleep(2.2)
+        assert await viewer.set(who=slider, gain__K=54) is None
         assert await viewer.set(k=5) is None
         assert "must be at most 50" in await viewer.set(k=51)
         assert await viewer.set(who="page 1", gain__K=60, vector__value=[7] * 8) is None
         async with Viewer() as late:
             number = await late.subscribe("/live.log")
-            entries = [await late.until(lambda m: m.get("channel") == number) for _ in range(6)]
+            entries = [await late.until(lambda m: m.get("channel") == number) for _ in range(7)]
         told = [(e["name"], e["message"]) for e in entries]
-        peer = entries[3]["name"]
+        peer = entries[4]["name"]
         assert peer.startswith("127.0.0.1:"), peer
         assert told == [
             (f"page 1 of ada@desk at {peer}", "gain.K = 4, was 3"),
             (f"page 1 of ada@desk at {peer}", "start"),
-            (f"page 2 [31m{'x' * 69} at {peer}", "gain.K = 54, was 4"),
+            (f"page 2 [31m{'x' * 69} at {peer}", "gain.K = 53.5, was 4"),
+            (f"page 2 [31m{'x' * 69} at {peer}", "gain.K = 54, was 53.5"),
             (peer, "k = 5, was 3"),
             (f"page 1 at {peer}", "gain.K = 60, was 54"),
             (f"page 1 at {peer}", "vector.value = [7 7 7 7 7 7 …], was [0 0 0 0 0 0 …]"),
         ], told
-        assert [e["number"] for e in entries] == list(range(6)) and entries[0]["time"] == 0 < entries[3]["time"]
+        assert [e["number"] for e in entries] == list(range(7)) and entries[0]["time"] == 0 < entries[4]["time"]
         assert entries[0]["timestamp"]["sec"] > 1.7e9 and entries[0]["level"] == 2
         assert await viewer.call("stop", payload={"who": 3}) == "the field 'who' is of the wrong type: 3"
         assert await viewer.call("dance") == "there is no service 99"

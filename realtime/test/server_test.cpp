@@ -132,7 +132,7 @@ TEST(Server, ViewersStartTuneAndStopALoopAndTheLogSaysWho) {
                          [&](const Runner& runner, const Server& server, const Simulation& simulation) {
                              EXPECT_GT(simulation.steps(), 10);
                              EXPECT_EQ(runner.failure(), "");
-                             ASSERT_EQ(server.log().size(), 7u);
+                             ASSERT_EQ(server.log().size(), 8u);
                              EXPECT_EQ(server.log().back().what, "stop");
                              EXPECT_NEAR(server.log().back().time, simulation.time(), 0.1);
                              EXPECT_EQ(find(simulation.parameters(), "gain.K")[0], 60);

@@ -32,4 +32,40 @@ blocks:
 connections: {u: [difference.u1, limited, either.u1], wave: [difference.u2, either.u3], difference: sum, v: spread, on: either.u2, n: [twice, ratio.u1, rest.u1, size, opposite.u1], twice: [ratio.u2, rest.u2, opposite.u2]}
 )m";
 
+/// What calls functions that are more than arithmetic.
+inline const char* const calling = R"m(model: library
+step: 0.1
+inputs: {u: {}, n: {type: int16}}
+blocks:
+  table: {block: Lookup2D, breakpoints1: [0, 1, 3], breakpoints2: [0, 2], table: [1, 2; 3, 4; 5, 7]}
+  noise: {block: WhiteNoise}
+  uniform: {block: RandomUniform}
+  whole: {block: Convert, type: int8, rounding: nearest, on_overflow: saturate}
+  wrapped: {block: Convert, type: uint8, rounding: convergent, on_overflow: wrap}
+  checked: {block: Convert, type: int8, on_overflow: error}
+  bits: {block: Bitwise, operator: NAND}
+  down: {block: ShiftBits, places: -3}
+  spline: {block: Lookup1D, breakpoints: [0, 1, 3], table: [1, 2, 5], interpolation: spline}
+  akima: {block: Lookup1D, breakpoints: [0, 1, 3], table: [1, 2, 5], interpolation: akima}
+  past: {block: TransportDelay, delay: 0.25, buffer: 8}
+  sum: {block: Sum, signs: "+-", on_overflow: error}
+  product: {block: Product, operations: "*/", on_overflow: saturate}
+  real: {block: Gain, K: 2, on_overflow: error}
+  A: {block: Constant, value: [2, 1; 1, 3]}
+  b: {block: Constant, value: [1, 2]}
+  inverse: {block: MatrixInverse}
+  damped: {block: PseudoInverse, method: damped}
+  truncated: {block: PseudoInverse, method: truncated}
+  lu: {block: LinearSolve}
+  cholesky: {block: LinearSolve, method: cholesky}
+  right: {block: LinearSolve, side: right}
+  least: {block: LinearSolve, method: least_squares}
+connections:
+  u: [table.u1, table.u2, whole, wrapped, checked, spline, akima, past, real]
+  n: [bits, down, sum.u1, product.u1, product.u2]
+  down: sum.u2
+  A: [inverse, damped, truncated, lu.A, cholesky.A, right.A, right.b, least.A]
+  b: [lu.b, cholesky.b, least.b]
+)m";
+
 } // namespace bf::codegen::test

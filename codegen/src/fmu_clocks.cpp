@@ -12,11 +12,13 @@ bool has_period(const SampleRate& rate) {
 }
 } // namespace
 
-/// Those with a period at which some blocks run.
+/// Those with a period at which some blocks run, and not only inputs of the root are held.
 std::vector<int> Generator::clocked_rates() const {
-    std::set<int> all;
-    for (const auto& node : diagram_.nodes)
-        if (has_period(diagram_.rates[static_cast<std::size_t>(node.rate)])) all.insert(node.rate);
+    std::set<int> held, all;
+    for (const auto& input : diagram_.inputs) held.insert(input.end.node);
+    for (int n = 0; n < static_cast<int>(diagram_.nodes.size()); ++n)
+        if (!held.contains(n) && has_period(diagram_.rates[static_cast<std::size_t>(node(n).rate)]))
+            all.insert(node(n).rate);
     return {all.begin(), all.end()};
 }
 

@@ -43,6 +43,9 @@ blocks:
   whole: {block: Convert, type: int8, rounding: nearest, on_overflow: saturate}
   wrapped: {block: Convert, type: uint8, rounding: convergent, on_overflow: wrap}
   checked: {block: Convert, type: int8, on_overflow: error}
+  real_of: {block: Convert, type: double, on_overflow: error}
+  truth_of: {block: Convert, type: boolean, on_overflow: error}
+  same_of: {block: Convert, type: int16, on_overflow: error}
   bits: {block: Bitwise, operator: NAND}
   down: {block: ShiftBits, places: -3}
   spline: {block: Lookup1D, breakpoints: [0, 1, 3], table: [1, 2, 5], interpolation: spline}
@@ -62,7 +65,7 @@ blocks:
   least: {block: LinearSolve, method: least_squares}
 connections:
   u: [table.u1, table.u2, whole, wrapped, checked, spline, akima, past, real]
-  n: [bits, down, sum.u1, product.u1, product.u2]
+  n: [real_of, truth_of, same_of, bits, down, sum.u1, product.u1, product.u2]
   down: sum.u2
   A: [inverse, damped, truncated, lu.A, cholesky.A, right.A, right.b, least.A]
   b: [lu.b, cholesky.b, least.b]

@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 #include <map>
 #include <regex>
+#include <set>
 
 namespace bf::codegen::test {
 namespace {
@@ -195,6 +196,12 @@ TEST(Fmu, ClocksHaveExactCountsWhereAResolutionGivesThem) {
         EXPECT_EQ(clock.resolution, 0u) << "no power of ten gives thirds";
     const FmuCode every = fmu_of(sampled("0.01", "{block: Integrator}"), {.has_clocks = true});
     EXPECT_EQ(variable(every, "v").clocks, std::vector<int>{}) << "read at any time";
+    const FmuCode apart =
+        fmu_of("model: m\nstep: 0.01\ninputs: [u]\nblocks: {d: {block: UnitDelay, period: 0.02}}\n"
+               "connections: {u: d}\n",
+               {.has_clocks = true});
+    ASSERT_EQ(apart.clocks.size(), 1u) << "none of steps in which no block runs";
+    EXPECT_EQ(apart.clocks[0].name, "clock_20ms");
 }
 
 TEST(Fmu, NamesThatAreTakenAreRefused) {
@@ -208,6 +215,81 @@ TEST(Fmu, NamesThatAreTakenAreRefused) {
                     {.has_clocks = true}),
         "no FMU with clocks can be made of 'm': it has 0 rates of sampled blocks, but must have 1 to 64; "
         "export it without clocks");
+}
+
+/// An FMU of this model for n = 2, 1, 3, 5.
+FmuCode sized_fmu(const std::string& text) {
+    std::vector<Elaborated> all;
+    std::vector<FmuModel> models;
+    for (const int n : {2, 1, 3, 5}) {
+        all.emplace_back(formats::read_yaml_text(
+            "model: m\nstep: 0.1\nvariables: {n: " + std::to_string(n) + "}\n" + text, "m.yaml"));
+        models.push_back(
+            {.options = {.suffix = "_" + std::to_string(n)}, .structure = {static_cast<std::uint64_t>(n)}});
+    }
+    for (std::size_t m = 0; m < all.size(); ++m) models[m].diagram = &all[m].diagram;
+    return generate_fmu(models, {.structural = {"n"}});
+}
+
+TEST(Fmu, SizesAreStructuralParametersAndWhatHasOthersIsLeftOut) {
+    const FmuCode code = sized_fmu(R"m(solver: rk4
+inputs: {u: {shape: [n]}, v: {shape: [2, n]}, w: {}}
+outputs: {y: {}, total: {}}
+blocks:
+  each: {block: Gain, K: 3}
+  sized: {block: Gain, K: "(1:n)'"}
+  same: {block: Gain, K: "7*ones(n, 1)"}
+  past: {block: UnitDelay, initial: 4}
+  follows: {block: Gain, K: n}
+  square: {block: Constant, value: "eye(n + 1)"}
+  slopes: {block: Gain}
+  x: {block: Integrator}
+  sum: {block: SumOfElements}
+connections: {u: [each, sized, same, past], each: y, w: follows, follows: x, v: slopes, past: sum, sum: total}
+)m");
+    const auto is_there = [&](const std::string& name) {
+        return std::ranges::count(code.variables, name, &FmuVariable::name) == 1;
+    };
+    EXPECT_FALSE(is_there("n")) << "the description has it as a structural parameter";
+    EXPECT_EQ(variable(code, "u").rows_by, 0);
+    EXPECT_EQ(variable(code, "u").cols_by, -1);
+    EXPECT_EQ(variable(code, "v").rows_by, -1);
+    EXPECT_EQ(variable(code, "v").rows, 2);
+    EXPECT_EQ(variable(code, "v").cols_by, 0);
+    EXPECT_EQ(variable(code, "w").rows_by, -1);
+    EXPECT_EQ(variable(code, "each.K").role, Role::parameter);
+    EXPECT_EQ(variable(code, "each.K").start, std::vector<double>{3});
+    EXPECT_EQ(variable(code, "same.K").role, Role::parameter) << "7 in all models";
+    EXPECT_EQ(variable(code, "sized.K").role, Role::calculated) << "no one start value describes it";
+    EXPECT_EQ(variable(code, "sized.K").rows_by, 0);
+    EXPECT_TRUE(variable(code, "sized.K").start.empty());
+    EXPECT_EQ(variable(code, "follows.K").role, Role::calculated);
+    EXPECT_FALSE(is_there("square.value") || is_there("square.y")) << "n + 1 is no structural parameter";
+    EXPECT_TRUE(is_there("x.x") && is_there("der(x.x)"));
+    EXPECT_TRUE(code.has_model_exchange) << "one state in all models";
+    std::set<std::string> models;
+    for (const auto& source : code.sources) models.insert(source.substr(0, source.find('.')));
+    for (const char* of : {"m_1", "m_2", "m_3", "m_5"}) EXPECT_TRUE(models.contains(of)) << of;
+}
+
+TEST(Fmu, StatesOfSizesThatNoParameterSaysAreNotExchanged) {
+    const FmuCode code = sized_fmu("solver: rk4\ninputs: [u]\nblocks: {g: {block: Gain, K: \"ones(n + 1, "
+                                   "1)\"}, x: {block: Integrator}}\n"
+                                   "connections: {u: g, g: x}\n");
+    EXPECT_FALSE(code.has_model_exchange);
+    for (const auto& v : code.variables) EXPECT_TRUE(v.role != Role::state && v.role != Role::rate) << v.name;
+    try {
+        sized_fmu("inputs: [u]\noutputs: [y]\nblocks: {g: {block: Gain, K: \"ones(n + 1, "
+                  "1)\"}}\nconnections: {u: g, g: y}\n");
+        FAIL();
+    } catch (const GenerationError& error) {
+        EXPECT_STREQ(
+            error.what(),
+            "no FMU with structural parameters can be made of 'm': 'y' has as many rows as no structural "
+            "parameter says (3 where n = 2, 2 where n = 1, 4 where n = 3, 6 where n = 5), which FMI 3.0 has "
+            "no "
+            "description for (section 2.4.7.2); divide it into parts of such sizes");
+    }
 }
 
 /// An importer that knows the standard's functions alone. Value references are places in the list.

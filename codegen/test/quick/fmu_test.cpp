@@ -217,6 +217,26 @@ TEST(Fmu, NamesThatAreTakenAreRefused) {
         "export it without clocks");
 }
 
+TEST(Fmu, PortsOfAnEnumerationHaveItsNamesAndOthersNone) {
+    const FmuCode code = fmu_of(R"m(model: m
+step: 0.1
+enumerations: {Gait: {stand: 2, walk: 5}}
+inputs: {gait: {type: Gait}, real: {}, whole: {type: int32}}
+outputs: {now: {}, later: {}}
+blocks:
+  past: {block: UnitDelay, initial: 2}
+  same: {block: Gain}
+connections: {gait: past, past: now, real: same, same: later}
+)m");
+    const std::vector<std::pair<double, std::string>> names{{2, "stand"}, {5, "walk"}}, none;
+    EXPECT_EQ(variable(code, "gait").names, names);
+    EXPECT_EQ(variable(code, "gait").type, Type::int32);
+    EXPECT_EQ(variable(code, "gait").start, std::vector<double>{2}) << "0 is none of its values";
+    EXPECT_EQ(variable(code, "real").names, none);
+    EXPECT_EQ(variable(code, "whole").names, none);
+    EXPECT_EQ(variable(code, "whole").start, std::vector<double>{0});
+}
+
 /// An FMU of this model for n = 2, 1, 3, 5.
 FmuCode sized_fmu(const std::string& text) {
     std::vector<Elaborated> all;

@@ -109,7 +109,6 @@ class Lowering : public Tree {
                             ? "name it among the 'events', which are inputs, or raise it in an action"
                             : "did you mean '" + near + "'?"));
         }
-        std::ranges::sort(all);
         return list(all);
     }
 

@@ -132,6 +132,35 @@ TEST(Charts, ACancelledEventDoesNotComeAndOthersDo) {
     EXPECT_EQ(m.values, Numbers{10});
 }
 
+TEST(Charts, HaveTheirStatesByPathAndTheirTransitionsAsArcsThoseOfJunctionsAtTheEnd) {
+    const Chart chart = read(R"({"states": {
+        "a": {"states": {"b": {"transitions": ["c", {"to": ["p.r1.x", "p.r2.y"], "on": "go"}]}, "c": {}}},
+        "j": {"junction": true, "transitions": ["p"]},
+        "p": {"transitions": [{"on": "go", "do": "raise e"}],
+              "regions": {"r1": {"states": {"x": {}}}, "r2": {"states": {"y": {}}}}}}, "events": ["go"]})",
+                             "");
+    EXPECT_EQ(state_paths(chart),
+              (std::vector<std::string>{"a", "a.b", "a.c", "p", "p.r1", "p.r1.x", "p.r2", "p.r2.y"}))
+        << "a junction is never active";
+    std::vector<std::pair<std::string, std::vector<std::string>>> found;
+    for (const auto& arc : arcs(chart)) found.emplace_back(arc.from, arc.to);
+    using Goals = std::vector<std::string>;
+    EXPECT_EQ(found, (std::vector<std::pair<std::string, Goals>>{
+                         {"a.b", {"a.c"}}, {"a.b", {"p.r1.x", "p.r2.y"}}, {"p", {}}, {"j", {"p"}}}));
+}
+
+TEST(Charts, LabelsTellAllThatATransitionNeedsAndDoes) {
+    EXPECT_EQ(label_of({.to = {"b"},
+                        .events = {"go", "stop"},
+                        .condition = "u > 1",
+                        .after = "0.2",
+                        .every = "3",
+                        .action = "n = n + 1\nraise e"}),
+              "go, stop [u > 1] after 0.2 s every 3 s / n = n + 1;raise e");
+    EXPECT_EQ(label_of({.to = {"b"}}), "");
+    EXPECT_EQ(label_of({.to = {"b"}, .action = "raise e"}), "/ raise e");
+}
+
 TEST(Charts, FormulasKnowTimeAndPeriodAndHowLongAStateIsActive) {
     Machine m(lower(read(R"({"variables": ["now", "dt", "since"], "states": {
         "a": {"transitions": [{"to": "b", "after": 0.2}]},

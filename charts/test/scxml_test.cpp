@@ -338,5 +338,60 @@ TEST(Scxml, RefusesWhatItDoesNotRead) {
     EXPECT_THROW(read_scxml("/nowhere/chart.scxml"), Refused);
 }
 
+TEST(Scxml, RefusesAttributesThatItWouldPassOver) {
+    for (const auto& [element, name] :
+         {std::pair<std::string, std::string>{"<state id='b' src='x'/>", "src"},
+          {"<state id='b'><transition target='a' priority='1'/></state>", "priority"},
+          {"<state id='b'><onentry><send event='e' delayexpr='1'/></onentry></state>", "delayexpr"},
+          {"<state id='b'><onentry><cancel sendid='e' sendidexpr='1'/></onentry></state>", "sendidexpr"},
+          {"<state id='b'><onentry><assign location='x' expr='1' attr='y'/></onentry></state>", "attr"},
+          {"<datamodel><data id='y' src='file'/></datamodel>", "src"}})
+        EXPECT_NE(file_refusal("<scxml><datamodel><data id='x' expr='0'/></datamodel><state id='a'><onentry>"
+                               "<send event='e' id='e'/></onentry></state>" +
+                               element + "</scxml>")
+                      .find("it has the attribute '" + name + "', which is not read here"),
+                  std::string::npos)
+            << element;
+    EXPECT_EQ(file_refusal("<s:scxml xmlns:s='http://www.w3.org/2005/07/scxml'><s:state id='a' "
+                           "xmlns='http://www.w3.org/2005/07/scxml' xml:lang='en'/></s:scxml>"),
+              "nothing")
+        << "namespaces are no attributes of the chart";
+}
+
+TEST(Scxml, DataBeginsWithItsNumberOrItsFormulaOrZero) {
+    const Chart chart =
+        chart_of("<scxml><datamodel><data id='n' expr='3'/><data id='none'/><data id='f' expr='n + 1'/>"
+                 "</datamodel><state id='a'/></scxml>");
+    using Variables = std::vector<std::pair<std::string, double>>;
+    EXPECT_EQ(chart.variables, (Variables{{"n", 3}, {"none", 0}, {"f", 0}}));
+    Machine machine(lower(chart));
+    EXPECT_TRUE(machine.step(0));
+    EXPECT_EQ(machine.values, (Numbers{3, 0, 4}));
+}
+
+TEST(Scxml, MakesNamesOfIdsAndOfStatesWithout) {
+    const Chart chart = chart_of(
+        "<scxml initial='on-top.now'><state><transition target='on-top.now'/></state><state id='on-top.now'/>"
+        "<state/></scxml>");
+    EXPECT_EQ(state_paths(chart), (std::vector<std::string>{"state1", "on_top_now", "state2"}));
+    EXPECT_EQ(chart.root.initial, std::vector<std::string>{"on_top_now"});
+    EXPECT_EQ(arcs(chart).at(0).to, std::vector<std::string>{"on_top_now"});
+}
+
+TEST(Scxml, SendsToItselfAloneAndCancelsWhatItSends) {
+    EXPECT_EQ(file_refusal("<scxml><state id='a'><onentry><send event='x' "
+                           "target='http://other'/></onentry></state></scxml>"),
+              ", <send> in state 'a': <send> has the target 'http://other'; charts send to themselves");
+    EXPECT_EQ(file_refusal("<scxml><state id='a'><onentry><cancel sendid='x'/></onentry></state></scxml>"),
+              ", <cancel> in state 'a': <cancel> names no id of a <send>");
+    EXPECT_EQ(
+        file_refusal("<scxml><state id='a'><onentry><send event='x' delay='-1s'/></onentry></state></scxml>"),
+        ", <send> in state 'a': <send> has the delay '-1s'; write seconds, '1.5s', or '20ms'");
+    const Chart chart = chart_of("<scxml><state id='a'><onentry><log label='x'/><send event='x' "
+                                 "delay='20ms'/><send event='y' delay='1.5s'/>"
+                                 "<send event='z'/></onentry></state></scxml>");
+    EXPECT_EQ(chart.root.states.at(0).entry, "send x after 0.02\nsend y after 1.5\nsend z after 0\n");
+}
+
 } // namespace
 } // namespace bf::charts::test

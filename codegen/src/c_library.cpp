@@ -25,46 +25,41 @@ class Library {
     Library(const std::vector<Argument>& arguments, const std::string& prefix)
         : arguments_(arguments), prefix_(prefix), type_(arguments[0].type) {}
 
+    /// Of a real number, which the block makes of any other first.
     std::optional<CRule> convert() {
         const Type from = arguments_[2].type;
+        if (is_whole(from)) return {};
         const auto rounding = static_cast<k::Rounding>(static_cast<int>(arguments_[1].values[0]));
         const auto overflow = static_cast<k::Overflow>(static_cast<int>(arguments_[1].values[1]));
-        const auto number = [&](const std::string& x) {
-            return from == Type::boolean ? call({"number_of", Type::float64}, x) : "(double)" + x;
-        };
         constexpr std::array names{"fix", "to_nearest", "floor", "ceil", "round", "to_even"};
         failure_ = k::Convert::failure;
         const std::string way = names[static_cast<std::size_t>(rounding)];
         return each([&](const auto& at) -> Lines {
             const std::string x = at(2), y = at(0);
+            const auto whole = [&] { return call({way, Type::float64}, "(double)" + x); };
             Lines lines;
             if (overflow == k::Overflow::error) {
-                if (!is_whole(type_) && !is_whole(from))
+                if (!is_whole(type_))
                     lines = {"if (!(fabs((double)" + x + ") <= (double)" +
                              (type_ == Type::float32 ? "FLT_MAX" : "DBL_MAX") + ")) {"};
-                else if (!is_whole(from) && type_ == Type::boolean)
+                else if (type_ == Type::boolean)
                     lines = {"if (isfinite(" + x + ") == 0) {"};
-                else if (is_whole(type_) && type_ != Type::boolean && type_ != from)
-                    lines = {"if (!" + call({"holds", type_}, call({way, Type::float64}, number(x))) + ") {"};
-                if (!lines.empty()) {
-                    lines.push_back("    " + std::string(c_fail));
-                    lines.push_back("}");
-                }
+                else
+                    lines = {"if (!" + call({"holds", type_}, whole()) + ") {"};
+                lines.push_back("    " + std::string(c_fail));
+                lines.push_back("}");
             }
             if (type_ == from)
                 lines.push_back(y + " = " + x + ";");
             else if (type_ == Type::boolean)
                 lines.push_back(y + " = (" + x + " != " + c_literal(0, from) + ");");
             else if (!is_whole(type_))
+                lines.push_back(y + " = (" + c_name(type_) + ")" + x + ";");
+            else
                 lines.push_back(
                     y + " = " +
-                    (from == Type::boolean ? call({"number_of", type_}, x) : "(" + c_name(type_) + ")" + x) +
+                    call({overflow == k::Overflow::saturate ? "saturated" : "wrapped", type_}, whole()) +
                     ";");
-            else
-                lines.push_back(y + " = " +
-                                call({overflow == k::Overflow::saturate ? "saturated" : "wrapped", type_},
-                                     call({way, Type::float64}, number(x))) +
-                                ";");
             return lines;
         });
     }

@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <gtest/gtest.h>
 #include <set>
+#include <tuple>
 
 namespace bf::codegen::test {
 namespace {
@@ -39,6 +40,18 @@ std::vector<Case> small_cases() {
             if (names.erase(one.elaborated.diagram.name) > 0) cases.push_back(std::move(one));
     EXPECT_EQ(names, std::set<std::string>());
     cases.push_back({Elaborated(formats::read_yaml_text(calling, "m.yaml")), 20});
+    // Conversions that overflow sooner or later: of real and of whole numbers, and to narrower real ones.
+    for (const auto& [name, input, type] : {std::tuple{"real_overflows", "{}", "int8"},
+                                            {"whole_overflows", "{type: int16}", "uint8"},
+                                            {"width_overflows", "{}", "single"}})
+        cases.push_back({Elaborated(formats::read_yaml_text(
+                             "model: " + std::string(name) + "\nstep: 0.1\ninputs: {u: " + input +
+                                 "}\nblocks:\n  big: {block: Gain, K: " +
+                                 (std::string(type) == "single" ? "2e38" : "50") +
+                                 "}\n  c: {block: Convert, on_overflow: error, type: " + type +
+                                 "}\nconnections: {u: big, big: c}\n",
+                             "m.yaml")),
+                         20});
     return cases;
 }
 
@@ -61,7 +74,12 @@ TEST(GeneratedCode, EqualsTheEngineForAModelOfEachKind) {
         system_in(folder.path, BF_CC " -std=c11 -O0 -ffp-contract=off -Wall -Wextra -Wconversion -Werror" +
                                    places + "c_part_0.c c_part_1.c c_driver.c -lm -o c_driver"),
         0);
-    compare_all(small_cases(), {folder.path / "driver", folder.path / "c_driver", "", BF_TEST_PLUGINS});
+    const auto recordings =
+        compare_all(small_cases(), {folder.path / "driver", folder.path / "c_driver", "", BF_TEST_PLUGINS});
+    EXPECT_EQ(recordings.at("library").failure, "");
+    for (const char* name : {"real_overflows", "whole_overflows", "width_overflows"})
+        EXPECT_TRUE(recordings.at(name).failure.starts_with("c: "))
+            << name << ": " << recordings.at(name).failure;
 }
 
 } // namespace

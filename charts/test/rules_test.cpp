@@ -149,6 +149,13 @@ TEST(Charts, HaveTheirStatesByPathAndTheirTransitionsAsArcsThoseOfJunctionsAtThe
                          {"a.b", {"a.c"}}, {"a.b", {"p.r1.x", "p.r2.y"}}, {"p", {}}, {"j", {"p"}}}));
 }
 
+TEST(Charts, ListTheStatesWhereNoneIsNearTheOneThatIsMissing) {
+    EXPECT_EQ(
+        problems_of(R"({"states": {"a": {"transitions": ["quite.else"], "states": {"b": {}}}, "c": {}}})"),
+        "state 'a', transition 1 (to 'quite.else'): there is no state 'quite.else'; the states are a, a.b, "
+        "c");
+}
+
 TEST(Charts, LabelsTellAllThatATransitionNeedsAndDoes) {
     EXPECT_EQ(label_of({.to = {"b"},
                         .events = {"go", "stop"},

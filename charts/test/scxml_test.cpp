@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <unistd.h>
 
 namespace bf::charts::test {
 namespace {
@@ -13,7 +14,8 @@ namespace {
 namespace fs = std::filesystem;
 
 Chart chart_of(const std::string& text) {
-    const fs::path file = fs::path(testing::TempDir()) / "bf_scxml_test.scxml";
+    const fs::path file =
+        fs::path(testing::TempDir()) / ("bf_scxml_test_" + std::to_string(::getpid()) + ".scxml");
     std::ofstream(file) << text;
     return read_scxml(file.string());
 }
@@ -376,6 +378,17 @@ TEST(Scxml, MakesNamesOfIdsAndOfStatesWithout) {
     EXPECT_EQ(state_paths(chart), (std::vector<std::string>{"state1", "on_top_now", "state2"}));
     EXPECT_EQ(chart.root.initial, std::vector<std::string>{"on_top_now"});
     EXPECT_EQ(arcs(chart).at(0).to, std::vector<std::string>{"on_top_now"});
+}
+
+TEST(Scxml, BranchesStandInBranchesUpToTheDepthOfADocument) {
+    const auto nested = [](int count) {
+        std::string begin, end;
+        for (int i = 0; i < count; ++i) begin += "<if cond='true'>", end += "</if>";
+        return "<scxml><state id='a'><onentry>" + begin + "<raise event='e'/>" + end +
+               "</onentry></state></scxml>";
+    };
+    EXPECT_EQ(file_refusal(nested(90)), "nothing");
+    EXPECT_EQ(file_refusal(nested(110)), ", <if> in state 'a': its elements are nested too deeply");
 }
 
 TEST(Scxml, SendsToItselfAloneAndCancelsWhatItSends) {

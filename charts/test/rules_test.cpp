@@ -156,6 +156,13 @@ TEST(Charts, ListTheStatesWhereNoneIsNearTheOneThatIsMissing) {
         "c");
 }
 
+TEST(Charts, SuggestThePathThatIsNearTheOneThatIsMissing) {
+    EXPECT_EQ(problems_of(
+                  R"({"states": {"walk": {"states": {"left": {}}}, "c": {"transitions": ["walk.lefft"]}}})"),
+              "state 'c', transition 1 (to 'walk.lefft'): there is no state 'walk.lefft'; did you mean "
+              "'walk.left'?");
+}
+
 TEST(Charts, LabelsTellAllThatATransitionNeedsAndDoes) {
     EXPECT_EQ(label_of({.to = {"b"},
                         .events = {"go", "stop"},

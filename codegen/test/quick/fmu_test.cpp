@@ -89,13 +89,13 @@ TEST(Fmu, HasPortsVariablesParametersSignalsAndStatesInThisOrder) {
     EXPECT_EQ(variable(code, "u").unit, "N");
     EXPECT_EQ(variable(code, "u").doc, "of the hand");
     EXPECT_EQ(variable(code, "past.initial").start, std::vector<double>{7});
-    EXPECT_EQ(variable(code, "y").inputs, std::vector<std::string>{});
+    EXPECT_EQ(variable(code, "y").dependencies, std::vector<std::string>{"x.x"});
     EXPECT_TRUE(code.has_derivatives);
     EXPECT_FALSE(code.is_hosted);
     EXPECT_TRUE(code.clocks.empty());
 }
 
-TEST(Fmu, AnOutputDependsOnTheInputsThatReachItInTheSameInstant) {
+TEST(Fmu, AnOutputDependsOnTheInputsAndStatesThatReachItInTheSameInstant) {
     const FmuCode code = fmu_of(R"m(model: m
 step: 0.1
 solver: rk4
@@ -129,15 +129,15 @@ connections: {a: [sum.u1, past, part.u, edge.u, loop.u, limited.u, free], b: sum
               count: loop.iterations, r: limited.reset, sum: y_sum, past: y_late, part: y_part, edge: y_edge, loop: y_loop,
               limited: y_limited, free: y_free}
 )m");
-    const auto of = [&](const std::string& name) { return variable(code, name).inputs; };
+    const auto of = [&](const std::string& name) { return variable(code, name).dependencies; };
     using Names = std::vector<std::string>;
     EXPECT_EQ(of("y_sum"), (Names{"a", "b"}));
     EXPECT_EQ(of("y_late"), Names{});
     EXPECT_EQ(of("y_part"), Names{"enable"}) << "whether it runs";
     EXPECT_EQ(of("y_edge"), (Names{"a", "trigger"}));
     EXPECT_EQ(of("y_loop"), Names{"count"}) << "how often it runs";
-    EXPECT_EQ(of("y_limited"), Names{"r"}) << "its state jumps in the same instant";
-    EXPECT_EQ(of("y_free"), Names{});
+    EXPECT_EQ(of("y_limited"), (Names{"limited.x", "r"})) << "its state jumps in the same instant";
+    EXPECT_EQ(of("y_free"), Names{"free.x"});
 }
 
 TEST(Fmu, CarriesAllThatItsSourcesIncludeAndNoProgram) {

@@ -119,6 +119,13 @@ template <typename T> void add_properties(const T& source, std::vector<Property>
     });
 }
 
+/// These, and what else the document says there.
+std::vector<std::string> names_to_set(const Model& model, const std::string& path,
+                                      std::vector<std::string> names) {
+    for (const auto& property : properties(model, path)) names.push_back(property.name);
+    return names;
+}
+
 /// Fills in what referenced files hold, where a new reference does not say.
 void read_references(System& system, const ReadReference& read) {
     for (Block& block : system.blocks) {
@@ -416,8 +423,7 @@ void Editor::set_parameter(const Set& set, const Location& where, const System* 
     // What nobody has read declares whatever is given to it.
     if (declaring && (!declared || !declared->fields.empty()))
         refuse(where, set.path, "there is no '" + set.name + "' to set here",
-               known.empty() ? "see the keys of the file's form in formats/yaml"
-                             : did_you_mean(set.name, names_of(known)));
+               did_you_mean(set.name, names_to_set(model_, set.path, names_of(known))));
     if (!set.value && is_own)
         refuse(where, set.path, "the variable '" + set.name + "' has no value then", "remove the variable");
     if (!set.value) return remove_variable(values, set.name);
@@ -432,7 +438,7 @@ void Editor::set_parameter(const Set& set, const Location& where, const System* 
 void Editor::operator()(const Set& set) {
     const auto unknown = [&](const Location& where) {
         refuse(where, set.path, "there is no '" + set.name + "' to set here",
-               "see the keys of the file's form in formats/yaml");
+               did_you_mean(set.name, names_to_set(model_, set.path, {})));
     };
     if (set.path.empty()) {
         if (!set_member(model_, set.name, set.value) && !set_member(model_.root, set.name, set.value))
@@ -473,7 +479,8 @@ void Editor::operator()(const Set& set) {
                 std::erase_if(block.keys, [](const Key& key) { return key.name == "with"; });
             return;
         }
-        if (!set.value || set.value->empty()) unknown(block.where);
+        if (!set.value || set.value->empty())
+            refuse(block.where, set.path, "the block has no file then", "remove the block");
         *block.reference =
             Reference{.file = *set.value, .with = block.reference->with, .where = block.reference->where};
     } else if (!set_member(*block.system, set.name, set.value)) {

@@ -192,7 +192,9 @@ TEST(Set, RefusesWhatIsNot) {
         "the operation's 'reset' is not as it must be; it is one of rising, falling, either, level_hold");
     EXPECT_EQ(refusal(Set{"plant", "B"}), "plant: the block has no setting 'B'; known are 'A', 'name'");
     EXPECT_EQ(refusal(Set{"controller", "Kp", "1"}),
-              "controller: there is no 'Kp' to set here; see the keys of the file's form in formats/yaml");
+              "controller: there is no 'Kp' to set here; known are 'doc', 'when', 'period', 'offset', "
+              "'execution', 'states', 'reset', 'icon'");
+    EXPECT_EQ(refusal(Set{"", "stpo", "1"}), "there is no 'stpo' to set here; did you mean 'stop'?");
 }
 
 TEST(Set, TakesTruthAsItIsWritten) {

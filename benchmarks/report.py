@@ -68,6 +68,8 @@ ROWS = [
     ("boundary.hosting", "ns", "boundary.hosting", "boundary.hosting/native", "<= 50 ns more"),
     ("realtime.overhead_p9999", "us", "realtime.overhead_p9999", "realtime.latency_p9999/cyclictest", "<= 20 us"),
     ("realtime.latency_p9999", "us", "realtime.latency_p9999", "realtime.latency_p9999/cyclictest", ""),
+    ("realtime.ten_topics", "us", "realtime.ten_topics/with", "realtime.ten_topics/without", "1 x, within the next row"),
+    ("realtime.ten_topics/scatter", "us", "realtime.ten_topics/again", "realtime.ten_topics/without", ""),
     ("recording.append_23", "ns", "record_23_vector/at_ease", "copy_23_vector", ""),
     ("snapshot.icub", "us", "snapshot.icub", "snapshot.icub/memcpy", "< 1000 us"),
     ("restore.icub", "us", "restore.icub", "snapshot.icub/memcpy", "< 1000 us"),
@@ -104,6 +106,12 @@ def measure(program, pattern):
     return {name: min(seconds) for name, seconds in runs.items()}
 
 
+def measure_topics(build):
+    """The same of the loop beside topics of ROS 2, where it is."""
+    script = pathlib.Path(__file__).parent / "ros2_topics_benchmark.py"
+    return json.loads(subprocess.run([sys.executable, script, build], check=True, stdout=subprocess.PIPE).stdout)
+
+
 def measure_python(build):
     """The same of the Python package, where it was built."""
     root = pathlib.Path(__file__).parent.parent
@@ -118,6 +126,8 @@ def main():
     program, output = sys.argv[1:3]
     pattern = sys.argv[3] if len(sys.argv) > 3 else ""
     times = measure(program, pattern)
+    if re.search(pattern, "realtime.ten_topics"):
+        times |= measure_topics(pathlib.Path(program).resolve().parent.parent)
     if re.search(pattern, "python"):
         times |= measure_python(pathlib.Path(program).resolve().parent.parent)
     rows = []

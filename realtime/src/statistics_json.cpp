@@ -21,6 +21,7 @@ Json json_of(const std::vector<HistogramRow>& rows) {
 Json json_of(const Histogram& h) {
     return {{"p50", us(h.percentile(0.5))},
             {"p99", us(h.percentile(0.99))},
+            {"p99_9", us(h.percentile(0.999))},
             {"p99_99", us(h.percentile(0.9999))},
             {"worst", us(h.max())},
             {"rows", json_of(h.rows())}};

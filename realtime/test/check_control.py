@@ -68,7 +68,7 @@ async def look():
         for name in ("wake_up_us", "step_us", "response_us"):
             told = later[name]
             assert abs(sum(row["count"] for row in told["rows"]) - later["steps"]) <= 1, told
-            assert 0 <= told["p50"] <= told["p99"] <= told["p99_99"] <= told["worst"], told
+            assert 0 <= told["p50"] <= told["p99"] <= told["p99_9"] <= told["p99_99"] <= told["worst"], told
         assert sum(row["count"] for row in later["deviation_of_the_period"]) >= later["steps"] - 2
         assert later["missed"] == sum(later["missed_by_cause"].values())
 

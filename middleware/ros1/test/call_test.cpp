@@ -130,6 +130,15 @@ TEST_F(Ros1Calls, RefuseWhatServicesCannotBe) {
     expect_contains(refusal(calling(", service: 'a b'", "u: c.call", "u: {}")), "c: service 'a b': ");
 }
 
+TEST_F(Ros1Calls, AreNoneOfABag) {
+    const Folder folder;
+    const std::string bag = folder.path / "drive.bag";
+    Peer peer({"bag", bag, "none", "write('/x', 'std_msgs/Float64', 0, 'm.data = 1.0')"});
+    ASSERT_EQ(peer.line(), "written");
+    expect_contains(refusal(calling("", "u: c.call", "u: {}", "Bag, file: " + bag)),
+                    "answers no calls of 'service'; give the block a Node");
+}
+
 TEST_F(Ros1Calls, LeaveNothingBehindHoweverOftenTheyStart) {
     Peer peer({"offer", "/lab/again", "std_srvs/Trigger", "a.success = True"});
     ASSERT_EQ(peer.line(), "ready");

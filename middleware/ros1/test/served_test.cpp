@@ -23,8 +23,9 @@ class Serving {
                      const std::string& blocks = "")
         : program_({"/bin/sh", "-c",
                     "exec '" BF_PROGRAM "' serve '" +
-                        folder_.write("leg.yaml", diagram(icub + icub_world + blocks)) + "' --ros1 " +
-                        name_space + " " + options + " 2>&1"}) {}
+                        folder_.write("leg.yaml",
+                                      diagram(icub + icub_world + blocks, "", blocks.empty() ? "" : "Ros1")) +
+                        "' --ros1 " + name_space + " " + options + " 2>&1"}) {}
     std::string line() { return program_.line(); }
     int end(int signal) { return program_.end(signal); }
     const Folder& folder() const { return folder_; }
@@ -222,6 +223,17 @@ TEST_F(Ros1Served, IsTheOnlyOneOfItsName) {
     first->end(SIGKILL); // the master still knows it
     Serving third("/twice");
     expect_contains(third.line(), "serves the ");
+}
+
+/// A program is one node of ROS 1, whose name its diagram says.
+TEST_F(Ros1Served, IsShownBesideWhatItsDiagramTells) {
+    Serving served("/both", "",
+                   "  node: {block: Ros1/Node, name: lab}\n"
+                   "  p: {block: Ros1/Publish, topic: told, latch: true}\n");
+    expect_contains(called("/both/robot/step", "std_srvs/Trigger"), "success: True");
+    EXPECT_EQ(seen("std_msgs/Float64", "/told", "m._connection_header['callerid']"), "/lab");
+    EXPECT_EQ(seen("sensor_msgs/JointState", "/both/joint_states", "m._connection_header['callerid']"),
+              "/lab");
 }
 
 TEST_F(Ros1Served, BeginsNotAgainWhereItIsRecorded) {

@@ -315,6 +315,9 @@ TEST(Scxml, RefusesWhatItDoesNotRead) {
     EXPECT_EQ(file_refusal("<scxml datamodel='ecmascript'><state id='a'/></scxml>"),
               ", <scxml>: its data model is 'ecmascript'; write formulas of this project, and "
               "datamodel=\"matlab\"");
+    EXPECT_NE(
+        file_refusal("<scxml datamodel='xpath'><state id='a'/></scxml>").find("its data model is 'xpath'"),
+        std::string::npos);
     EXPECT_EQ(file_refusal("<scxml binding='late'><state id='a'/></scxml>"),
               ", <scxml>: its data is bound late; assign to it in <onentry>, and leave the binding out");
     EXPECT_EQ(file_refusal(

@@ -698,6 +698,8 @@ export interface TimingSummary {
   /** us */
   p99: number;
   /** us */
+  p99_9: number;
+  /** us */
   p99_99: number;
   /** us */
   worst: number;

@@ -82,8 +82,8 @@ BF_FIELDS(service::RunEdit, has("refusal", &T::refusal), has("lost", &T::lost), 
           has("unclear", &T::unclear))
 BF_FIELDS(service::TimingRow, has("from_us", &T::from_us), has("to_us", &T::to_us), has("count", &T::count),
           has("per_us", &T::per_us))
-BF_FIELDS(service::TimingSummary, has("p50", &T::p50), has("p99", &T::p99), has("p99_99", &T::p99_99),
-          has("worst", &T::worst), has("rows", &T::rows))
+BF_FIELDS(service::TimingSummary, has("p50", &T::p50), has("p99", &T::p99), has("p99_9", &T::p99_9),
+          has("p99_99", &T::p99_99), has("worst", &T::worst), has("rows", &T::rows))
 BF_FIELDS(service::TimingMisses, has("computation", &T::computation), has("interruption", &T::interruption),
           has("wakeup", &T::wakeup), has("backlog", &T::backlog))
 BF_FIELDS(service::Timing, has("state", &T::state), has("end", &T::end), has("time", &T::time),

@@ -15,7 +15,7 @@ struct TimingRow {
     double per_us = 0; ///< count per us of width
 };
 struct TimingSummary {
-    double p50 = 0, p99 = 0, p99_99 = 0, worst = 0; ///< us
+    double p50 = 0, p99 = 0, p99_9 = 0, p99_99 = 0, worst = 0; ///< us
     std::vector<TimingRow> rows = {};
 };
 /// Why steps ended after their deadlines: see docs/how-to/real-time.md.

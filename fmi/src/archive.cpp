@@ -11,6 +11,7 @@
 #include <fstream>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <set>
 #include <sstream>
 #include <unistd.h>
@@ -133,6 +134,19 @@ void write_archive(const Contents& contents, const fs::path& file) {
     output.commit();
 }
 
+namespace {
+/// Those that stand.
+struct TemporaryFolders {
+    std::mutex mutex;
+    std::set<const TemporaryFolder*> items;
+};
+/// Looked at while static objects are destroyed, so it never is.
+TemporaryFolders& temporary_folders() {
+    static auto* const all = new TemporaryFolders;
+    return *all;
+}
+} // namespace
+
 TemporaryFolder::TemporaryFolder(const std::string& name) {
     std::string pattern =
         (fs::temp_directory_path() / ("bf_" + escape::file_name(name) + "_XXXXXX")).string();
@@ -140,11 +154,24 @@ TemporaryFolder::TemporaryFolder(const std::string& name) {
         throw FmuError("cannot make a temporary folder " + pattern + ": " + std::strerror(errno));
     path_ = pattern;
     owner_ = ::getpid();
+    const std::lock_guard lock(temporary_folders().mutex);
+    temporary_folders().items.insert(this);
 }
 
 TemporaryFolder::~TemporaryFolder() {
+    {
+        const std::lock_guard lock(temporary_folders().mutex);
+        temporary_folders().items.erase(this);
+    }
     std::error_code ignored;
     if (::getpid() == owner_) fs::remove_all(path_, ignored);
+}
+
+void TemporaryFolder::remove_all() noexcept {
+    const std::lock_guard lock(temporary_folders().mutex);
+    std::error_code ignored;
+    for (const auto* its : temporary_folders().items)
+        if (::getpid() == its->owner_) fs::remove_all(its->path_, ignored);
 }
 
 void extract(const fs::path& archive, const fs::path& folder, const ArchiveLimits& limits,

@@ -210,10 +210,10 @@ std::vector<Values> starts(const Description& d) {
 /// An instance that is driven through time.
 class Driven {
   public:
-    Driven(const Library& library, const char* name)
-        : instance(library, name), x_(static_cast<std::size_t>(instance.state_count())), rates_(x_.size()),
-          before_(static_cast<std::size_t>(instance.indicator_count())), after_(before_.size()),
-          clockwork_(library.description(), library.archive().string()),
+    Driven(const Library& library, const char* name, char* function)
+        : instance(library, name, {}, function), x_(static_cast<std::size_t>(instance.state_count())),
+          rates_(x_.size()), before_(static_cast<std::size_t>(instance.indicator_count())),
+          after_(before_.size()), clockwork_(library.description(), library.archive().string()),
           steps_(library.kind() == Kind::co_simulation) {}
 
     bool begin(const Description& d) {
@@ -285,10 +285,12 @@ class Driven {
 } // namespace
 
 std::vector<std::string> problems_of_run(const Library& library, double step,
-                                         const std::function<void(const std::string&)>& doing) {
+                                         const std::function<void(const std::string&)>& doing,
+                                         char* function) {
     const Description& d = library.description();
     std::vector<std::string> problems;
     Readings readings(d);
+    const std::string of_arithmetic = " (rounding, or subnormal numbers flushed to zero), as no function may";
     const auto failed = [&](const Driven& driven) {
         problems.emplace_back(driven.instance.failure());
         return false;
@@ -311,8 +313,11 @@ std::vector<std::string> problems_of_run(const Library& library, double step,
                 }
     };
     try {
+        if (library.changes_arithmetic())
+            problems.push_back("its library changes the arithmetic of the process when it is opened" +
+                               of_arithmetic);
         doing("its steps");
-        Driven one(library, "one");
+        Driven one(library, "one", function);
         Rows first, again, other, restored;
         if (!begin(one) || !go_on(one, 0, steps, first)) return problems;
         const bool saves = library.interface()->has_state && library.interface()->can_serialize;
@@ -323,7 +328,7 @@ std::vector<std::string> problems_of_run(const Library& library, double step,
             if (!one.instance.save(bytes)) return failed(one), problems;
             const auto moment = one.moment();
             if (!go_on(one, steps, 2 * steps, first)) return problems;
-            Driven fresh(library, "fresh");
+            Driven fresh(library, "fresh", function);
             for (Driven* its : {&one, &fresh}) {
                 if (its == &fresh && !begin(fresh)) return problems;
                 restored.clear();
@@ -336,7 +341,7 @@ std::vector<std::string> problems_of_run(const Library& library, double step,
         }
         if (!library.interface()->only_once) {
             doing("two instances");
-            Driven two(library, "two"), three(library, "three");
+            Driven two(library, "two", function), three(library, "three", function);
             if (!begin(two) || !begin(three)) return problems;
             for (int k = 0; k < steps; ++k)
                 if (!go_on(two, k, k + 1, again) || !go_on(three, k, k + 1, other)) return problems;
@@ -349,6 +354,9 @@ std::vector<std::string> problems_of_run(const Library& library, double step,
         if (!begin(one) || !go_on(one, 0, steps, again)) return problems;
         compare(first, again, "differs after it was begun anew");
         doing("the instances' end");
+        if (const char* const changer = one.instance.changed_arithmetic())
+            problems.push_back(std::string(changer) + " leaves the arithmetic of the process changed" +
+                               of_arithmetic);
     } catch (const FmuError& error) {
         problems.emplace_back(error.what());
     }

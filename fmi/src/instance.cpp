@@ -1,4 +1,5 @@
 // Calls of the functions of an FMU.
+#include "arithmetic.hpp"
 #include "functions.hpp"
 
 #include "bf/base/escape.hpp"
@@ -9,13 +10,15 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <new>
 
 namespace bf::fmi {
 
 namespace {
 
-constexpr double untouched = -2.2250738585072014e-308; ///< what no FMU writes behind the end of its numbers
-constexpr int most_iterations = 1000;                  ///< of one event
+constexpr double untouched = -2.2250738585072014e-308;   ///< what no FMU writes behind the end of its numbers
+constexpr int most_iterations = 1000;                    ///< of one event
+constexpr std::size_t most_bytes = std::size_t{1} << 30; ///< of a saved state
 
 bool is_float64(int version, Type type) {
     return type == Type::float64 || (version == 2 && type == Type::float32);
@@ -101,13 +104,19 @@ LocalInstance::LocalInstance(const Library& library, const std::string& name, Lo
       f_(*library.functions_), order_(library.description_.version, library.kind_ == Kind::co_simulation,
                                       library.description_.has_clocks()),
       name_(name), token_(library.description_.token), log_(std::move(log)), doing_(doing),
-      callbacks_(std::make_unique<Callbacks>()) {
+      callbacks_(std::make_unique<Callbacks>()), under_way_(file_), arithmetic_(arithmetic_modes()) {
     const auto& d = library.description_;
     const bool steps = library.kind_ == Kind::co_simulation, is_logging = static_cast<bool>(log_);
     const std::string resources = library.resources().string();
-    note(d.version == 2 ? "fmi2Instantiate"
-         : steps        ? "fmi3InstantiateCoSimulation"
-                        : "fmi3InstantiateModelExchange");
+    if (library.changes_arithmetic_)
+        this->log(
+            fmi3Warning, "",
+            "its library changes the arithmetic of the process when it is opened (rounding, or subnormal "
+            "numbers flushed to zero, as libraries linked with -Ofast do); it was put back");
+    const char* const function = d.version == 2 ? "fmi2Instantiate"
+                                 : steps        ? "fmi3InstantiateCoSimulation"
+                                                : "fmi3InstantiateModelExchange";
+    note(function);
     if (d.version == 2) {
         callbacks_->of_2 = {reinterpret_cast<decltype(fmi2CallbackFunctions::logger)>(&LocalInstance::log_2),
                             std::calloc, std::free, nullptr, this};
@@ -125,6 +134,7 @@ LocalInstance::LocalInstance(const Library& library, const std::string& name, Lo
                           : f_.fmi3InstantiateModelExchange(name_.c_str(), token_.c_str(), path.c_str(),
                                                             false, is_logging, this, to_log);
     }
+    returned(function);
     if (!instance_)
         throw FmuError(library.archive_.string() + ": it makes no instance" +
                        (logged_[0] ? std::string(": ") + logged_ : std::string()) + library.without_tool());
@@ -177,11 +187,13 @@ void LocalInstance::count_states() {
 LocalInstance::~LocalInstance() {
     if (!instance_) return;
     if (order_.state() & (step_mode | event_mode | continuous_time)) terminate();
-    note(of_version("fmi2FreeInstance", "fmi3FreeInstance"));
+    const char* const function = of_version("fmi2FreeInstance", "fmi3FreeInstance");
+    note(function);
     if (order_.version() == 2)
         f_.fmi2FreeInstance(instance_);
     else
         f_.fmi3FreeInstance(instance_);
+    returned(function);
 }
 
 void LocalInstance::log(int status, const char* category, const char* text) noexcept {
@@ -215,6 +227,22 @@ bool Instance::fail(const char* function, const char* why) noexcept {
 
 void LocalInstance::note(const char* function) noexcept {
     if (doing_) std::snprintf(doing_, longest_name, "%s", function);
+    under_way_.set(function);
+}
+
+void LocalInstance::returned(const char* function) noexcept {
+    under_way_.set(nullptr);
+    if (arithmetic_modes() == arithmetic_) return;
+    set_arithmetic_modes(arithmetic_);
+    if (changed_arithmetic_) return;
+    changed_arithmetic_ = function;
+    char text[300];
+    std::snprintf(
+        text, sizeof text,
+        "%s leaves the arithmetic of the process changed (rounding, or subnormal numbers flushed to "
+        "zero); it is put back after each call",
+        function);
+    log(fmi3Warning, "", text);
 }
 
 bool LocalInstance::may(Call call, const char* function) noexcept {
@@ -222,14 +250,14 @@ bool LocalInstance::may(Call call, const char* function) noexcept {
         char text[400];
     } problem{};
     logged_[0] = '\0';
+    if (!order_.check(call, function, problem)) return fail("", problem.text);
     note(function);
-    if (order_.check(call, function, problem)) return true;
-    fail("", problem.text);
-    return false;
+    return true;
 }
 
 bool LocalInstance::done(Call call, const char* function, int status) noexcept {
-    if (status <= fmi3Warning) {
+    returned(function);
+    if (status == fmi3OK || status == fmi3Warning) {
         order_.done(call);
         return true;
     }
@@ -511,56 +539,78 @@ bool LocalInstance::differentiate(const Values& along, Values& change) noexcept 
                           along.count_, change.doubles_.data(), change.count_)));
 }
 
+/// Makes room for a state of that size, which the FMU gave.
+bool LocalInstance::resize(std::vector<std::uint8_t>& bytes, std::size_t size) noexcept {
+    const char* const function = of_version("fmi2SerializedFMUstateSize", "fmi3SerializedFMUStateSize");
+    const char* const section = of_version("FMI 2.0.4, section 2.1.8", "FMI 3.0, section 2.2.7");
+    char why[200];
+    std::snprintf(why, sizeof why, " gave %zu bytes as the size of a saved state, which are %s (%s)", size,
+                  size == 0 ? "none" : "more than fit into memory", section);
+    if (size == 0 || size > most_bytes) return fail(function, why);
+    try {
+        bytes.resize(size);
+    } catch (const std::bad_alloc&) {
+        return fail(function, why);
+    }
+    return true;
+}
+
 bool LocalInstance::save(std::vector<std::uint8_t>& bytes) noexcept {
     void* state = nullptr;
     std::size_t size = 0;
-    const bool is_2 = order_.version() == 2;
-    if (!may(Call::save_state, is_2 ? "fmi2GetFMUstate" : "fmi3GetFMUState")) return false;
     bool good = false;
-    if (is_2) {
-        good = done(Call::save_state, "fmi2GetFMUstate", f_.fmi2GetFMUstate(instance_, &state)) &&
-               done(Call::save_state, "fmi2SerializedFMUstateSize",
-                    f_.fmi2SerializedFMUstateSize(instance_, state, &size));
-        if (good) {
-            bytes.resize(size);
-            good =
-                done(Call::save_state, "fmi2SerializeFMUstate",
-                     f_.fmi2SerializeFMUstate(instance_, state, reinterpret_cast<char*>(bytes.data()), size));
-        }
-        if (state) f_.fmi2FreeFMUstate(instance_, &state);
-        return good;
+    if (order_.version() == 2) {
+        good = called(Call::save_state, "fmi2GetFMUstate",
+                      [&] { return f_.fmi2GetFMUstate(instance_, &state); }) &&
+               called(Call::save_state, "fmi2SerializedFMUstateSize",
+                      [&] { return f_.fmi2SerializedFMUstateSize(instance_, state, &size); }) &&
+               resize(bytes, size) && called(Call::save_state, "fmi2SerializeFMUstate", [&] {
+                   return f_.fmi2SerializeFMUstate(instance_, state, reinterpret_cast<char*>(bytes.data()),
+                                                   size);
+               });
+    } else {
+        good = called(Call::save_state, "fmi3GetFMUState",
+                      [&] { return f_.fmi3GetFMUState(instance_, &state); }) &&
+               called(Call::save_state, "fmi3SerializedFMUStateSize",
+                      [&] { return f_.fmi3SerializedFMUStateSize(instance_, state, &size); }) &&
+               resize(bytes, size) && called(Call::save_state, "fmi3SerializeFMUState", [&] {
+                   return f_.fmi3SerializeFMUState(instance_, state, bytes.data(), size);
+               });
     }
-    good = done(Call::save_state, "fmi3GetFMUState", f_.fmi3GetFMUState(instance_, &state)) &&
-           done(Call::save_state, "fmi3SerializedFMUStateSize",
-                f_.fmi3SerializedFMUStateSize(instance_, state, &size));
-    if (good) {
-        bytes.resize(size);
-        good = done(Call::save_state, "fmi3SerializeFMUState",
-                    f_.fmi3SerializeFMUState(instance_, state, bytes.data(), size));
-    }
-    if (state) f_.fmi3FreeFMUState(instance_, &state);
+    free_state(state);
     return good;
 }
 
 bool LocalInstance::restore(const std::vector<std::uint8_t>& bytes, State mode) noexcept {
     void* state = nullptr;
-    const bool is_2 = order_.version() == 2;
-    if (!may(Call::save_state, is_2 ? "fmi2DeSerializeFMUstate" : "fmi3DeserializeFMUState")) return false;
     bool good = false;
-    if (is_2) {
-        good = done(Call::save_state, "fmi2DeSerializeFMUstate",
-                    f_.fmi2DeSerializeFMUstate(instance_, reinterpret_cast<const char*>(bytes.data()),
-                                               bytes.size(), &state)) &&
-               done(Call::save_state, "fmi2SetFMUstate", f_.fmi2SetFMUstate(instance_, state));
-        if (state) f_.fmi2FreeFMUstate(instance_, &state);
+    if (order_.version() == 2) {
+        const auto* const from = reinterpret_cast<const char*>(bytes.data());
+        good =
+            called(Call::save_state, "fmi2DeSerializeFMUstate",
+                   [&] { return f_.fmi2DeSerializeFMUstate(instance_, from, bytes.size(), &state); }) &&
+            called(Call::save_state, "fmi2SetFMUstate", [&] { return f_.fmi2SetFMUstate(instance_, state); });
     } else {
-        good = done(Call::save_state, "fmi3DeserializeFMUState",
-                    f_.fmi3DeserializeFMUState(instance_, bytes.data(), bytes.size(), &state)) &&
-               done(Call::save_state, "fmi3SetFMUState", f_.fmi3SetFMUState(instance_, state));
-        if (state) f_.fmi3FreeFMUState(instance_, &state);
+        good =
+            called(
+                Call::save_state, "fmi3DeserializeFMUState",
+                [&] { return f_.fmi3DeserializeFMUState(instance_, bytes.data(), bytes.size(), &state); }) &&
+            called(Call::save_state, "fmi3SetFMUState", [&] { return f_.fmi3SetFMUState(instance_, state); });
     }
+    free_state(state);
     if (good) order_.set_state(mode);
     return good;
+}
+
+void LocalInstance::free_state(void* state) noexcept {
+    if (!state) return;
+    const char* const function = of_version("fmi2FreeFMUstate", "fmi3FreeFMUState");
+    note(function);
+    if (order_.version() == 2)
+        f_.fmi2FreeFMUstate(instance_, &state);
+    else
+        f_.fmi3FreeFMUState(instance_, &state);
+    returned(function);
 }
 
 } // namespace bf::fmi

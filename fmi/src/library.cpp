@@ -1,4 +1,5 @@
 // Libraries of FMUs.
+#include "arithmetic.hpp"
 #include "functions.hpp"
 
 #include <dlfcn.h>
@@ -166,7 +167,14 @@ Library::Library(const fs::path& archive, Description description, Kind kind, St
             archive.string() + ": it has no binaries/" + name + "/" + identifier + ".so, but binaries for: " +
             list_of(folder_.path() / "binaries") + "; have it exported for this machine" +
             (description_.version == 2 ? " (FMI 2.0.4, section 2.3)" : " (FMI 3.0, section 2.5.1)"));
-    handle_ = ::dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
+    {
+        const KeptArithmetic kept;
+        UnderWay under_way(archive.filename().string());
+        under_way.set("its opening");
+        handle_ = ::dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
+        changes_arithmetic_ = kept.is_changed();
+        under_way.set(nullptr);
+    }
     if (!handle_) {
         std::string why = ::dlerror();
         if (const auto at = why.find(file.string() + ": "); at != std::string::npos)
@@ -215,7 +223,12 @@ Library::Library(const fs::path& archive, Description description, Kind kind, St
 }
 
 Library::~Library() {
-    if (handle_) ::dlclose(handle_);
+    if (!handle_) return;
+    const KeptArithmetic kept;
+    UnderWay under_way(archive_.filename().string());
+    under_way.set("its closing");
+    ::dlclose(handle_);
+    under_way.set(nullptr);
 }
 
 std::string Library::without_tool() const {

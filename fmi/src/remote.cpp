@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <new>
 #include <poll.h>
 #include <span>
 #include <sys/mman.h>
@@ -60,6 +61,7 @@ struct Head {
 };
 
 using Bytes = std::vector<std::uint8_t>;
+constexpr std::size_t most_bytes = std::size_t{2} << 30; ///< of one message
 using Part = std::span<const std::uint8_t>;
 
 template <class T> Part bytes_of(const T* from, std::size_t count) {
@@ -88,10 +90,19 @@ class End {
     }
     bool receive(Head& head, Bytes& bytes, double timeout) noexcept {
         if (!read(&head, sizeof head, timeout)) return false;
-        bytes.resize(head.size);
+        // Whatever an FMU does to its descriptors, no more is believed than a saved state may have.
+        is_garbled_ = head.size > most_bytes;
+        if (is_garbled_) return false;
+        try {
+            bytes.resize(head.size);
+        } catch (const std::bad_alloc&) {
+            is_garbled_ = true;
+            return false;
+        }
         return read(bytes.data(), bytes.size(), timeout);
     }
     bool is_late() const { return is_late_; }
+    bool is_garbled() const { return is_garbled_; }
 
   private:
     bool write(const std::uint8_t* from, std::size_t count) const noexcept {
@@ -129,7 +140,7 @@ class End {
     }
 
     int file_;
-    bool is_late_ = false;
+    bool is_late_ = false, is_garbled_ = false;
     Bytes kept_;
     std::size_t begin_ = 0, end_ = 0; ///< of what was read and is not taken yet
     char buffer_[4096];
@@ -294,7 +305,10 @@ class RemoteInstance final : public Instance {
         doing_ = static_cast<char*>(page);
         std::fflush(nullptr);
         child_ = ::fork();
-        if (child_ == 0) serve(files[1], archive, description, kind, structure, name);
+        if (child_ == 0) {
+            UnderWay::leave_to_others();
+            serve(files[1], archive, description, kind, structure, name);
+        }
         ::close(files[1]);
         file_ = files[0];
         end_ = End(file_);
@@ -459,11 +473,13 @@ class RemoteInstance final : public Instance {
     /// Says what became of the process.
     bool lose() noexcept {
         char why[200];
-        const bool is_late = end_.is_late();
-        if (is_late) ::kill(child_, SIGKILL);
+        const bool is_late = end_.is_late(), is_garbled = end_.is_garbled();
+        if (is_late || is_garbled) ::kill(child_, SIGKILL);
         const int status = end();
         if (is_late)
             std::snprintf(why, sizeof why, " did not return within %g s", timeout_);
+        else if (is_garbled)
+            std::snprintf(why, sizeof why, " wrote into descriptors of the process that are not its own");
         else if (WIFSIGNALED(status))
             std::snprintf(why, sizeof why, " crashed (%s)", ::strsignal(WTERMSIG(status)));
         else

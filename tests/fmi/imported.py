@@ -227,6 +227,42 @@ with tempfile.TemporaryDirectory() as folder:
     assert says("--quiet", code=0) == ""
     wrapped.write_text(text)
 
+    # In the shared process one that ends it is said, and the run has failed; its folder is gone.
+    for defines, function in (("-DEXITS", "fmi3DoStep"), ("-DEXITS_QUICKLY", "fmi3DoStep"), ("-DEXITS_FIRST", "its opening")):
+        odd(defines)
+        assert f"bf: odd.fmu: {function} ended the process" in says("--quiet"), (defines, says("--quiet"))
+
+    # A size that no saved state has is a message, and a run without its snapshot has failed.
+    saves = lambda xml: xml.replace("<CoSimulation", '<CoSimulation canGetAndSetFMUState="true" canSerializeFMUState="true"')  # noqa: E731
+    for own in (False, True):
+        if own:
+            wrapped.write_text(text.replace("FMI/FMU,", "FMI/FMU, process: own,"))
+        for size, what in (("-1", "18446744073709551615 bytes"), ("1000000000000", "1000000000000 bytes"), ("0", "0 bytes")):
+            odd(f"-DSTATE_SIZE={size}", saves)
+            snapshot = folder / "lies.bin"
+            for options in (("--snapshot", snapshot), ("--snapshot", snapshot, "--snapshot-at", "0.1"),
+                            ("--checkpoint-every", "0.1", "--record", recording)):
+                said_of = says("--quiet", *map(str, options))
+                assert f"odd.fmu: fmi3SerializedFMUStateSize gave {what} as the size of a saved state" in said_of, said_of
+                assert "(FMI 3.0, section 2.2.7)" in said_of and not snapshot.exists(), said_of
+    wrapped.write_text(text)
+
+    # Other blocks compute as they did, whatever the FMU does to the arithmetic of the process.
+    small = wrapped.read_text().replace("blocks:\n", "blocks:\n  c: {block: Constant, value: 1e-310}\n  g: {block: Gain, K: 2}\n"
+                                        "  tenth: {block: Constant, value: 0.1}\n  h: {block: Gain, K: 0.7}\n").replace(
+        "record: ['*']", "connections: {c: g, tenth: h}\nrecord: [g, h]")
+    assert small != wrapped.read_text()
+    wrapped.write_text(small)
+    for defines, message in (("-Ofast", "odd.fmu: its library changes the arithmetic of the process when it is opened"),
+                             ("-DROUNDS_DOWN", "odd.fmu: fmi3DoStep leaves the arithmetic of the process changed")):
+        odd(defines)
+        said_of = says("--quiet", "--record", str(recording), code=0)
+        assert said_of.count(message) == 1, said_of
+        got = read_recording(bf, recording)
+        for time in got["g"]:
+            assert got["g"][time][-1] == [2e-310] and got["h"][time][-1] == [0.1 * 0.7], (defines, time, got)
+    wrapped.write_text(text)
+
     # What bf check-fmu says of them, and of exported ones.
     assert "nothere.fmu: there is no such file" in said("check-fmu", folder / "nothere.fmu")
     def found(*options, fmu="odd.fmu"):
@@ -242,9 +278,20 @@ with tempfile.TemporaryDirectory() as folder:
     assert others == [f"'{name}' is missing among the initial unknowns (FMI 3.0, section 2.4.8)"
                       for name in ("y", "v", "colour")], others
     odd("-DCRASHES")
-    assert found()[-1].strip() == "it crashed (Segmentation fault) at its steps", found()
+    assert found()[-1].strip() == "fmi3DoStep crashed (Segmentation fault), at its steps", found()
+    for defines, message in (("-DEXITS", "fmi3DoStep ended the process, at its steps"),
+                             ("-DEXITS_QUICKLY", "fmi3DoStep ended the process, at its steps"),
+                             ("-DENDS", "fmi3DoStep ended the process, at its steps"),
+                             ("-DEXITS_FIRST", "it ended the process, at its opening"),
+                             ("-Ofast", "its library changes the arithmetic of the process when it is opened"),
+                             ("-DROUNDS_DOWN", "fmi3DoStep leaves the arithmetic of the process changed")):
+        odd(defines)
+        assert found()[-1].strip().startswith(message), (defines, found())
+    odd("-DSTATE_SIZE=-1", saves)
+    assert found()[-1].strip() == ("odd.fmu: fmi3SerializedFMUStateSize gave 18446744073709551615 bytes as the size of a saved "
+                                   "state, which are more than fit into memory (FMI 3.0, section 2.2.7)"), found()
     odd("-DHANGS")
-    assert found("--timeout", "0.5")[-1].strip() == "it did not return within 0.5 s, at its steps", found("--timeout", "0.5")
+    assert found("--timeout", "0.5")[-1].strip() == "fmi3DoStep did not return within 0.5 s, at its steps", found("--timeout", "0.5")
     odd("-DFORGETS_TO_BEGIN_ANEW")
     assert found()[-1].strip() == "'u' differs after it was begun anew", found()
     odd(change=lambda xml: xml.replace('causality="input"', 'causality="parameter" variability="continuous"')

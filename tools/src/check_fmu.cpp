@@ -11,6 +11,8 @@
 #include <cstdlib>
 #include <cstring>
 #include <poll.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -26,17 +28,24 @@ struct CheckFmuOptions {
     bool runs_nothing = false;
 };
 
-/// What the process of the FMU says, a line each: '>' what it does next, '-' a problem.
+/// What the process of the FMU says, a line each: '>' what it does next, '-' a problem, '.' that it did all.
 std::vector<std::string> let_run(const fs::path& file, double timeout) {
     const fmi::TemporaryFolder folder("check"); // around what the process leaves behind where it is killed
+    void* const page = ::mmap(nullptr, fmi::LocalInstance::longest_name, PROT_READ | PROT_WRITE,
+                              MAP_SHARED | MAP_ANONYMOUS, -1, 0);
     int ends[2];
-    if (::pipe(ends) != 0) throw CommandError(std::string("cannot check the FMU: ") + std::strerror(errno));
+    if (page == MAP_FAILED || ::pipe(ends) != 0)
+        throw CommandError(std::string("cannot check the FMU: ") + std::strerror(errno));
+    auto* const function = static_cast<char*>(page); // that is being called
     std::fflush(nullptr);
     const pid_t child = ::fork();
     if (child == 0) {
         ::close(ends[0]);
+        ::prctl(PR_SET_PDEATHSIG, SIGKILL); // nobody waits for it where the check is ended
+        fmi::UnderWay::leave_to_others();
         ::setenv("TMPDIR", folder.path().c_str(), 1);
         const auto say = [&](char mark, const std::string& text) {
+            if (mark == '>') function[0] = '\0'; // of what was done before
             std::string line = mark + text;
             std::replace(line.begin() + 1, line.end(), '\n', ' ');
             line += '\n';
@@ -56,12 +65,14 @@ std::vector<std::string> let_run(const fs::path& file, double timeout) {
                 const fmi::Library library(file, kind);
                 for (const auto& name : library.missing()) say('-', "its library lacks the function " + name);
                 for (const auto& problem : fmi::problems_of_run(
-                         library, step, [&](const std::string& what) { say('>', what + of); }))
+                         library, step, [&](const std::string& what) { say('>', what + of); }, function))
                     say('-', problem + of);
             }
             say('>', "its closing");
+            say('.', "");
         } catch (const std::exception& error) {
             say('-', error.what());
+            say('.', "");
         }
         ::_exit(0);
     }
@@ -87,21 +98,27 @@ std::vector<std::string> let_run(const fs::path& file, double timeout) {
     }
     std::vector<std::string> problems;
     std::string doing = "its opening";
+    bool is_complete = false;
     for (std::size_t at = 0; at < text.size();) {
         const auto end = std::min(text.find('\n', at), text.size());
-        if (text[at] == '>')
+        if (text[at] == '.')
+            is_complete = true;
+        else if (text[at] == '>')
             doing = text.substr(at + 1, end - at - 1);
         else if (std::string problem = text.substr(at + 1, end - at - 1);
                  std::find(problems.begin(), problems.end(), problem) == problems.end())
             problems.push_back(std::move(problem));
         at = end + 1;
     }
+    function[fmi::LocalInstance::longest_name - 1] = '\0';
+    const std::string its = function[0] ? function : "it";
+    ::munmap(page, fmi::LocalInstance::longest_name);
     if (is_late)
-        problems.push_back("it did not return within " + number(timeout) + " s, at " + doing);
+        problems.push_back(its + " did not return within " + number(timeout) + " s, at " + doing);
     else if (WIFSIGNALED(status))
-        problems.push_back(std::string("it crashed (") + ::strsignal(WTERMSIG(status)) + ") at " + doing);
-    else if (WEXITSTATUS(status) != 0)
-        problems.push_back("it ended the program, at " + doing);
+        problems.push_back(its + " crashed (" + ::strsignal(WTERMSIG(status)) + "), at " + doing);
+    else if (!is_complete || WEXITSTATUS(status) != 0)
+        problems.push_back(its + " ended the process, at " + doing);
     return problems;
 }
 

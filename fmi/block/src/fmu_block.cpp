@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstring>
 #include <map>
+#include <stdexcept>
 
 namespace bf::fmi {
 
@@ -132,7 +133,9 @@ Running::Running(std::filesystem::path archive, const Description& d, Kind kind,
 }
 
 std::size_t Running::state_size() {
-    if (!instance || !instance->save(bytes_)) bytes_.clear();
+    bytes_.clear();
+    // A snapshot without it would go on from another state.
+    if (instance && !instance->save(bytes_)) throw std::runtime_error(instance->failure());
     return header + (bytes_.size() + sizeof(double) - 1) / sizeof(double);
 }
 

@@ -63,7 +63,7 @@ class Running {
             double timeout);
 
     bool can_save() const { return can_save_; }
-    std::size_t state_size();
+    std::size_t state_size(); ///< throws std::runtime_error where the FMU does not give its state
     void save(double* to) const;
     void restore(const double* from);
 

@@ -40,6 +40,8 @@ class TemporaryFolder {
     TemporaryFolder(const TemporaryFolder&) = delete;
     TemporaryFolder& operator=(const TemporaryFolder&) = delete;
     const std::filesystem::path& path() const { return path_; }
+    /// Removes those that stand, where the process ends without their destructors.
+    static void remove_all() noexcept;
 
   private:
     std::filesystem::path path_;

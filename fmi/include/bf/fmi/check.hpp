@@ -22,8 +22,10 @@ std::vector<std::string> problems_of_terminals(const std::filesystem::path& fold
 /// Lets an FMU run as one of its kinds: through all modes and some steps of `step` s, in several instances,
 /// begun anew, and from saved states, which must all give the same. In model exchange these are steps of a
 /// solver with events, too coarse for the numbers to mean much. `doing` is told what comes next, for whoever
-/// waits. Gives what went wrong, empty: nothing.
+/// waits, and `function` (LocalInstance::longest_name) has the function that is being called. Gives what went
+/// wrong, empty: nothing.
 std::vector<std::string> problems_of_run(const Library& library, double step,
-                                         const std::function<void(const std::string&)>& doing);
+                                         const std::function<void(const std::string&)>& doing,
+                                         char* function = nullptr);
 
 } // namespace bf::fmi

@@ -5,6 +5,7 @@
 #include "bf/fmi/archive.hpp"
 #include "bf/fmi/call_order.hpp"
 #include "bf/fmi/description.hpp"
+#include "bf/fmi/under_way.hpp"
 
 #include <cstdint>
 #include <filesystem>
@@ -47,6 +48,8 @@ class Library {
     /// The functions of the standard that it lacks.
     std::vector<std::string> missing() const;
     struct Functions; ///< those that are called
+    /// Did opening it change how the process computes (rounding, subnormal numbers)? It is put back.
+    bool changes_arithmetic() const { return changes_arithmetic_; }
 
   private:
     friend class LocalInstance;
@@ -56,6 +59,7 @@ class Library {
     Description description_;
     TemporaryFolder folder_;
     void* handle_ = nullptr;
+    bool changes_arithmetic_ = false;
     std::unique_ptr<Functions> functions_;
 };
 
@@ -203,6 +207,9 @@ class LocalInstance final : public Instance {
     bool save(std::vector<std::uint8_t>& bytes) noexcept override;
     bool restore(const std::vector<std::uint8_t>& bytes, State state) noexcept override;
     State state() const noexcept override { return order_.state(); }
+    /// The first function that left another rounding mode, or subnormal numbers flushed to zero, which was
+    /// put back; nullptr: none.
+    const char* changed_arithmetic() const noexcept { return changed_arithmetic_; }
     static constexpr std::size_t longest_name = 100; ///< of a function, in `doing`
 
   private:
@@ -211,7 +218,11 @@ class LocalInstance final : public Instance {
     template <class F> bool called(Call call, const char* function, F&& f) noexcept {
         return may(call, function) && done(call, function, static_cast<int>(f()));
     }
+    /// Before a function is called, and after it.
     void note(const char* function) noexcept;
+    void returned(const char* function) noexcept;
+    void free_state(void* state) noexcept;
+    bool resize(std::vector<std::uint8_t>& bytes, std::size_t size) noexcept;
     bool done(Call call, const char* function, int status) noexcept;
     bool configure() noexcept;
     void count_states();
@@ -232,6 +243,9 @@ class LocalInstance final : public Instance {
     void* instance_ = nullptr;
     std::vector<double> row_; ///< with one number more, by which is found what writes too many
     char logged_[400] = "";
+    UnderWay under_way_;
+    unsigned arithmetic_; ///< modes of the process, which calls leave as they are
+    const char* changed_arithmetic_ = nullptr;
 };
 
 /// One in a process of its own, which brings its library along. A crash and a call that does not return

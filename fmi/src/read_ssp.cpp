@@ -87,6 +87,7 @@ class SspReader : XmlReader {
     UnitDefinitions units_;
     EnumerationItems enumerations_;
     const EnumerationItems* around_ = &enumerations_; ///< of the document that names this one
+    std::vector<std::string>* warnings_ = nullptr;
     std::size_t elements_ = 0;
 };
 
@@ -188,6 +189,7 @@ ParameterValue SspReader::parameter(const XmlNode* e) const {
     if (!type) refuse(e, "the parameter '" + shown(p.name) + "' has no type that is known");
     p.type = *type;
     p.unit = text(value, "unit");
+    p.place = located(e);
     p.dimensions = dimensions(e);
     if (p.type == Type::enumeration) {
         const std::string name_of_type = text(value, "name");
@@ -217,7 +219,13 @@ ParameterValue SspReader::parameter(const XmlNode* e) const {
 std::vector<ParameterValue> SspReader::parameter_set(const XmlNode* e) {
     read_definitions(e);
     std::vector<ParameterValue> set;
-    for_each(child(e, "Parameters"), "Parameter", [&](const XmlNode* p) { set.push_back(parameter(p)); });
+    std::set<std::string> names;
+    for_each(child(e, "Parameters"), "Parameter", [&](const XmlNode* p) {
+        set.push_back(parameter(p));
+        if (!names.insert(set.back().name).second)
+            refuse(p, "two parameters of the set are called '" + shown(set.back().name) +
+                          "' (SSP 2.0, section 6.3)");
+    });
     return set;
 }
 
@@ -230,10 +238,14 @@ std::vector<ParameterValue> SspReader::mapped(const XmlNode* e,
         if (!targets.insert(target).second)
             refuse(entry, "two parameters are mapped to '" + shown(target) + "' (SSP 2.0, section 7.1)");
         const Linear change = linear(entry);
+        if (std::ranges::none_of(set, [&](const auto& p) { return p.name == source; }))
+            warnings_->push_back(located(entry) + ": no parameter '" + shown(source) +
+                                 "' is given, so that nothing is mapped to '" + shown(target) + "'");
         for (const auto& p : set) {
             if (p.name != source) continue;
             all.push_back(p);
             all.back().name = target;
+            all.back().place = located(entry);
             if (change == Linear{}) continue;
             if (p.type != Type::float64 && p.type != Type::float32)
                 refuse(entry, "a linear transformation is for real numbers (SSP 2.0, section 4.6)");
@@ -261,11 +273,13 @@ std::vector<ParameterValue> SspReader::binding(const XmlNode* e) const {
         const auto [uri, xml] = document(e);
         SspReader reader(folder_, package_, uri);
         reader.around_ = &enumerations_;
+        reader.warnings_ = warnings_;
         static_cast<void>(reader.parse(reader.document_, xml));
         set = reader.parameter_set(reader.root("ParameterSet"));
     } else if (const auto* const inline_set = child(child(e, "ParameterValues"), "ParameterSet")) {
         SspReader reader(folder_, package_, "SystemStructure.ssd");
         reader.around_ = &enumerations_;
+        reader.warnings_ = warnings_;
         set = reader.parameter_set(inline_set);
     }
     // The prefix comes before names are looked up, in a mapping as well.
@@ -275,6 +289,7 @@ std::vector<ParameterValue> SspReader::binding(const XmlNode* e) const {
     if (in_package(mapping, "application/x-ssp-parameter-mapping")) {
         const auto [uri, xml] = document(mapping);
         SspReader reader(folder_, package_, uri);
+        reader.warnings_ = warnings_;
         static_cast<void>(reader.parse(reader.document_, xml));
         return reader.mapped(reader.root("ParameterMapping"), set);
     }
@@ -471,6 +486,7 @@ SystemStructure SspReader::structure() {
     static_cast<void>(parse(document_, read_text_file(folder_ / "SystemStructure.ssd", description_limit)));
     const auto* const e = root("SystemStructureDescription");
     SystemStructure its{needed(e, "name")};
+    warnings_ = &its.warnings;
     read_definitions(e);
     const auto* const system = child(e, "System");
     if (!system) refuse(e, "it has no <System> (SSP 2.0, section 5.1)");

@@ -45,9 +45,11 @@ const XmlNode* XmlReader::parse(tinyxml2::XMLDocument& to, const std::string& xm
 }
 
 void XmlReader::refuse(const XmlNode* at, const std::string& what) const {
-    std::string text = archive_ + ": " + document_;
-    if (at) text += ":" + std::to_string(at->GetLineNum());
-    throw FmuError(text + ": " + what);
+    throw FmuError(located(at) + ": " + what);
+}
+
+std::string XmlReader::located(const XmlNode* at) const {
+    return archive_ + ": " + document_ + (at ? ":" + std::to_string(at->GetLineNum()) : "");
 }
 
 std::string XmlReader::needed(const XmlNode* e, const char* name) const {

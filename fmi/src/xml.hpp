@@ -60,6 +60,7 @@ class XmlReader {
     /// The root of what the document says, which must be well-formed.
     const XmlNode* parse(tinyxml2::XMLDocument& to, const std::string& xml) const;
     [[noreturn]] void refuse(const XmlNode* at, const std::string& what) const;
+    std::string located(const XmlNode* at) const; ///< archive, document and line
 
     static std::string text(const XmlNode* e, const char* name) {
         const char* const value = e->Attribute(name);

@@ -226,6 +226,19 @@ with tempfile.TemporaryDirectory() as folder:
                  **{f"resources/{n}.fmu": (fmus / f"{n}.fmu").read_bytes() for n in ("controller", "motor")}}
     other = package(folder / "other.ssp", foreign, resources)
     got = recorded(other)
+    # What leads nowhere is told, with its place; a name that is given twice in one set is refused.
+    for (file, old, new), warning in {
+            ("m.ssm", "my.controller.Gain.Kp", "my.controller.Gain.Kq"):
+                "resources/m.ssm:1: 'my.controller.Gain.Kq' is given a value, but nothing takes it",
+            ("m.ssm", "my.controller.Gain.Kp", "none.Gain.Kp"): "resources/m.ssm:1: 'none.Gain.Kp' is given a value, but nothing takes it",
+            ("m.ssm", 'source="gain"', 'source="gian"'):
+                "resources/m.ssm:1: no parameter 'gian' is given, so that nothing is mapped to 'my.controller.Gain.Kp'"}.items():
+        misspelled = package(folder / "misspelled.ssp", foreign, {
+            **resources, f"resources/{file}": resources[f"resources/{file}"].replace(old, new)})
+        result = subprocess.run([bf, "run", str(misspelled), "--quiet"], capture_output=True, text=True, check=True)
+        assert f"misspelled.ssp: {warning}" in result.stderr, result.stderr
+    package(folder / "twice.ssp", foreign, {**resources, "resources/v.ssv": resources["resources/v.ssv"].replace('"more"', '"gain"')})
+    assert "resources/v.ssv:1: two parameters of the set are called 'gain' (SSP 2.0, section 6.3)" in said("run", folder / "twice.ssp")
     # The same loop by hand: the FMU of the motor holds its input during a step, Kp = 0.05 from outside, u = 2 v + 0.5.
     w, a = 0.0, None
     by_hand = folder / "by_hand.yaml"

@@ -1,5 +1,6 @@
 #include "ssp.hpp"
 
+#include "BlockFactory/Core/Log.h"
 #include "bf/base/numbers.hpp"
 #include "bf/fmi/ssp.hpp"
 #include "bf/model/builder.hpp"
@@ -78,6 +79,7 @@ class SystemModel {
         model_.plugins.push_back({"FMI"});
         describe(its_.system);
         read_experiment();
+        for (const auto& warning : its_.warnings) bfWarning << warning;
         give_parameters(its_.system, "");
         fill(its_.system, model_.root, "");
         return std::move(model_);
@@ -131,15 +133,23 @@ class SystemModel {
     void give_parameters(fmi::SystemElement& system, const std::string& path) {
         for (auto& element : system.elements)
             if (element.is_system) give_parameters(element, path + element.name + ".");
-        for (const auto& parameter : system.parameters) give(system, parameter, path);
+        for (const auto& parameter : system.parameters)
+            if (!give(system, parameter, path)) warn_of(parameter, path + parameter.name);
     }
-    void give(fmi::SystemElement& system, fmi::ParameterValue value, const std::string& path) {
+    /// Sets may be for more than there is (SSP 2.0, section 6.2), or a name is misspelled.
+    static void warn_of(const fmi::ParameterValue& value, const std::string& name) {
+        bfWarning << value.place << ": '" << name << "' is given a value, but nothing takes it";
+    }
+    /// Does some element or connector have that name?
+    bool give(fmi::SystemElement& system, fmi::ParameterValue value, const std::string& path) {
+        bool is_taken = false;
         const std::string name = value.name;
         const auto& receivers = receivers_of(system);
         if (const auto own = receivers.connectors.find(name); own != receivers.connectors.end()) {
             if (!is_parameter(own->second))
                 refuse("'" + path + name +
                        "' is given a value, but is no parameter; give inputs of a system by --inputs");
+            is_taken = true;
             const auto [first, last] = receivers.wires.equal_range(name);
             for (auto wire = first; wire != last; ++wire) {
                 const auto element = receivers.elements.find(wire->second->to_element);
@@ -148,15 +158,16 @@ class SystemModel {
                 const auto& [factor, offset] = wire->second->conversion;
                 for (double& x : inner.values) x = factor * x + offset;
                 inner.name = wire->second->to;
-                give_to(*element->second, std::move(inner), path);
+                is_taken = give_to(*element->second, std::move(inner), path) || is_taken;
             }
         }
         for (auto dot = name.find('.'); dot != std::string::npos; dot = name.find('.', dot + 1)) {
             const auto element = receivers.elements.find(std::string_view(name).substr(0, dot));
             if (element == receivers.elements.end()) continue;
             value.name = name.substr(dot + 1);
-            give_to(*element->second, value, path);
+            is_taken = give_to(*element->second, value, path) || is_taken;
         }
+        return is_taken;
     }
 
     /// What takes the values that are given to a system.
@@ -175,11 +186,10 @@ class SystemModel {
         }
         return known->second;
     }
-    void give_to(fmi::SystemElement& element, fmi::ParameterValue value, const std::string& path) {
-        if (element.is_system)
-            give(element, std::move(value), path + element.name + ".");
-        else
-            element.parameters.push_back(std::move(value));
+    bool give_to(fmi::SystemElement& element, fmi::ParameterValue value, const std::string& path) {
+        if (element.is_system) return give(element, std::move(value), path + element.name + ".");
+        element.parameters.push_back(std::move(value));
+        return true;
     }
 
     /// The ends of an element's connectors as connections of the model write them.
@@ -271,8 +281,10 @@ class SystemModel {
         for (const auto& item : given) {
             const std::string& name = item.first;
             const auto found = variables.find(name);
-            if (found == variables.end())
-                continue; // sets may be for more than there is (SSP 2.0, section 6.2)
+            if (found == variables.end()) {
+                warn_of(*item.second, from.name + "." + name);
+                continue;
+            }
             const auto& v = description.variables[found->second];
             const std::string& known = block_names[found->second];
             if (known.empty() || v.causality == fmi::Causality::output)

@@ -27,7 +27,7 @@ struct Message {
     };
     std::vector<Value> values;
     std::vector<Bytes> lists = {}; ///< of messages, each with their number in front; of those that came
-    Bytes bytes; ///< all of one that came
+    Bytes bytes;                   ///< all of one that came
 };
 
 /// A type of message, as its definition tells.

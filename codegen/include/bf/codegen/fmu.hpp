@@ -28,7 +28,7 @@ struct FmuVariable {
     Type type;
     int rows, cols;
     Limits limits;
-    std::vector<double> start;       ///< of inputs and parameters: all elements, column by column
+    std::vector<double> start; ///< of inputs and parameters: all elements, column by column
     /// Of an output: names of inputs and states, and "time", on which it depends in the same instant.
     std::vector<std::string> dependencies;
     std::vector<std::pair<double, std::string>> names = {}; ///< of the values of an enumeration

@@ -46,6 +46,7 @@ struct ParameterValue {
     std::vector<double> values = {};
     std::string text = {}, unit = {};
     std::vector<int> dimensions = {};
+    std::string place = {}; ///< package, document and line that give it
 };
 
 /// Corners of a rectangle in mm: x to the right, y upwards. Crossed ones mean that it is flipped.
@@ -82,6 +83,7 @@ struct SystemStructure {
     std::optional<double> stop = {};             ///< s
     std::map<std::string, std::string> own = {}; ///< what BlockFactory notes of the experiment
     std::vector<std::string> record = {};        ///< signals, as well
+    std::vector<std::string> warnings = {};      ///< of what was read, each with its place
 };
 
 /// Reads SystemStructure.ssd in a folder, with the parameter sets and mappings that it names there; `package`

@@ -207,7 +207,8 @@ class TopicEnd final : public RobotEnd {
         return {.rejected = rejected_ + static_cast<std::uint64_t>(topics_->strangers())};
     }
     const char* what_is_rejected() const noexcept override {
-        return "a command that has not one number for each of its joints, or a trajectory that it cannot "
+        return "a command that has not one finite number for each of its joints, or a trajectory that it "
+               "cannot "
                "follow";
     }
     const std::string& name() const noexcept override { return name_; }
@@ -215,7 +216,9 @@ class TopicEnd final : public RobotEnd {
   private:
     // ---- in the thread of the middleware
     void take(ControlMode mode, std::span<const double> values) {
-        if (static_cast<int>(values.size()) != at_->n) { // of another robot
+        // Of another robot, or nothing that a joint can do: it takes the robot from nobody.
+        if (static_cast<int>(values.size()) != at_->n ||
+            !std::ranges::all_of(values, [](double x) { return std::isfinite(x); })) {
             ++rejected_;
             return;
         }

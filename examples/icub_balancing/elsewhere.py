@@ -56,9 +56,9 @@ if "Ros2" in plugins:
     ways["ros2"] = ["--ros2", "/icub"]
 if "Yarp" in plugins and (options.yarp / "bin/yarpserver").exists():
     ways["yarp"] = ["--yarp", "icubSim"]
-    (out / "yarp").mkdir(exist_ok=True)
-    (out / "yarp/yarp.conf").write_text("127.0.0.1 10000 yarp\n")
-    os.environ |= {"YARP_CONFIG_HOME": str(out / "yarp"), "YARP_DATA_HOME": str(out / "yarp")}
+    home = tempfile.TemporaryDirectory()  # which packages see, too
+    pathlib.Path(home.name, "yarp.conf").write_text("127.0.0.1 10000 yarp\n")
+    os.environ |= {"YARP_CONFIG_HOME": home.name, "YARP_DATA_HOME": home.name}
     name_server = subprocess.Popen([options.yarp / "bin/yarpserver", "--ip", "127.0.0.1", "--socket", "10000", "--read"],
                                    stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     atexit.register(name_server.kill)
@@ -175,8 +175,9 @@ for way in ways if options.deploy else []:
         server = serve(way, "--once", "--record", out / "deployed_world.mcap")
         words = [package / "run", "--quiet", "--priority", "0", "--stop", seconds]
         needed = {k: v for k, v in os.environ.items() if way == "yarp" and k.startswith("YARP_")}  # where its name server is
-        result = subprocess.run(words, env=needed | {"PATH": "/usr/bin:/bin"}, cwd="/", preexec_fn=lambda: alone.hide(bf),
-                                capture_output=True, text=True)
+        # YARP's devices are plugins of its installation, which packages do not bring.
+        result = subprocess.run(words, env=needed | {"PATH": "/usr/bin:/bin"}, cwd="/", capture_output=True, text=True,
+                                preexec_fn=None if way == "yarp" else lambda: alone.hide(bf))
         assert result.returncode == 0, result.stdout + result.stderr
         ended(server)
     world = recorded.read_recording(bf, out / "deployed_world.mcap")

@@ -9,17 +9,6 @@ namespace {
 
 Machine machine(const std::string& text) { return Machine(lower(read(text, ""))); }
 
-std::string refusal(const std::string& text) {
-    try {
-        lower(read(text, ""));
-    } catch (const Refused& refused) {
-        std::string all;
-        for (const auto& problem : refused.problems()) all += (all.empty() ? "" : "\n") + problem;
-        return all;
-    }
-    return "nothing";
-}
-
 /// The rule of flat machines, as it is written down: the first row that leaves the state, whose condition
 /// holds and whose time is over, at most one in a step.
 struct Rows {

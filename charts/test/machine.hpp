@@ -17,6 +17,18 @@ using Numbers = std::vector<double>;
 inline kernels::View<double> view(Numbers& x) { return {x.data(), static_cast<int>(x.size())}; }
 inline kernels::View<const double> view(const Numbers& x) { return {x.data(), static_cast<int>(x.size())}; }
 
+/// What is said of a document in JSON that no chart can be made of, a line each.
+inline std::string refusal(const std::string& text) {
+    try {
+        lower(read(text, ""));
+    } catch (const Refused& refused) {
+        std::string all;
+        for (const auto& problem : refused.problems()) all += (all.empty() ? "" : "\n") + problem;
+        return all;
+    }
+    return "nothing";
+}
+
 class Machine {
   public:
     explicit Machine(Table its) : table(std::move(its)) {

@@ -12,17 +12,6 @@ Numbers values_after(const std::string& action,
     return m.values;
 }
 
-std::string problems_of(const std::string& text) {
-    try {
-        lower(read(text, ""));
-    } catch (const Refused& refused) {
-        std::string all;
-        for (const auto& problem : refused.problems()) all += (all.empty() ? "" : "\n") + problem;
-        return all;
-    }
-    return "";
-}
-
 TEST(Charts, SayWhichInputsTheyReadAndHow) {
     const Table table = lower(read(R"j({"inputs": ["whole", "parts", "both", "none"], "events": ["go"],
         "variables": ["n"], "states": {"s": {"entry": "n = whole + parts(2) + parts(3) - both + both(1)"}}})j",
@@ -59,9 +48,9 @@ TEST(Charts, RefuseWhatAStateOfItsKindCannotHaveAlsoInTheFirstOne) {
           {R"({"regions": {}})", "state 'a' has no regions; give it at least one"},
           {R"({"regions": {"r": {"final": true}}})",
            "state 'a.r' is a final state among regions; put it into a region"}})
-        EXPECT_NE(problems_of(R"({"states": {"a": )" + state + other).find(why), std::string::npos)
+        EXPECT_NE(refusal(R"({"states": {"a": )" + state + other).find(why), std::string::npos)
             << state << "\n"
-            << problems_of(R"({"states": {"a": )" + state + other);
+            << refusal(R"({"states": {"a": )" + state + other);
 }
 
 TEST(Charts, RefuseValuesOfTheWrongKindByStateAndKey) {
@@ -78,9 +67,9 @@ TEST(Charts, RefuseValuesOfTheWrongKindByStateAndKey) {
            "state 'a b' is no name; begin with a letter and go on with letters, digits and '_'"},
           {R"({"variables": {"n": "x"}, "states": {"a": {}}})", "the chart: variable 'n' begins with "},
           {R"({"states": ["a"]})", "but must be a mapping of names to states"}})
-        EXPECT_NE(problems_of(text).find(why), std::string::npos) << text << "\n" << problems_of(text);
-    EXPECT_EQ(problems_of(R"({"states": {"a": {"final": false, "junction": "false", "exit": "raise e"}}})"),
-              "");
+        EXPECT_NE(refusal(text).find(why), std::string::npos) << text << "\n" << refusal(text);
+    EXPECT_EQ(refusal(R"({"states": {"a": {"final": false, "junction": "false", "exit": "raise e"}}})"),
+              "nothing");
 }
 
 TEST(Charts, ActionsArePartedByCommasSemicolonsAndLinesOutsideOfBrackets) {
@@ -101,13 +90,13 @@ TEST(Charts, TakeTheFirstBranchWhoseConditionHolds) {
     EXPECT_EQ(taken(1), 21);
     EXPECT_EQ(taken(2), 31);
     const auto wrong = [](const std::string& action) {
-        return problems_of(R"({"variables": ["x"], "states": {"a": {"entry": ")" + action + R"("}}})");
+        return refusal(R"({"variables": ["x"], "states": {"a": {"entry": ")" + action + R"("}}})");
     };
     EXPECT_EQ(wrong("end"), "state 'a', entry: 'end' has no `if` before it");
     EXPECT_EQ(wrong("else, x = 1"), "state 'a', entry: 'else' has no `if` before it");
     EXPECT_EQ(wrong("if x, x = 1, else, x = 2, else, x = 3, end"),
               "state 'a', entry: 'else' stands behind the `else`");
-    EXPECT_EQ(wrong("if x, if x, x = 1, else, x = 2, end, else, x = 3, end"), "")
+    EXPECT_EQ(wrong("if x, if x, x = 1, else, x = 2, end, else, x = 3, end"), "nothing")
         << "each `if` has an `else` of its own";
     EXPECT_EQ(wrong("x = "),
               "state 'a', entry: 'x =' is no statement; write `variable = formula`, `raise event`, "
@@ -151,16 +140,16 @@ TEST(Charts, HaveTheirStatesByPathAndTheirTransitionsAsArcsThoseOfJunctionsAtThe
 
 TEST(Charts, ListTheStatesWhereNoneIsNearTheOneThatIsMissing) {
     EXPECT_EQ(
-        problems_of(R"({"states": {"a": {"transitions": ["quite.else"], "states": {"b": {}}}, "c": {}}})"),
+        refusal(R"({"states": {"a": {"transitions": ["quite.else"], "states": {"b": {}}}, "c": {}}})"),
         "state 'a', transition 1 (to 'quite.else'): there is no state 'quite.else'; the states are a, a.b, "
         "c");
 }
 
 TEST(Charts, SuggestThePathThatIsNearTheOneThatIsMissing) {
-    EXPECT_EQ(problems_of(
-                  R"({"states": {"walk": {"states": {"left": {}}}, "c": {"transitions": ["walk.lefft"]}}})"),
-              "state 'c', transition 1 (to 'walk.lefft'): there is no state 'walk.lefft'; did you mean "
-              "'walk.left'?");
+    EXPECT_EQ(
+        refusal(R"({"states": {"walk": {"states": {"left": {}}}, "c": {"transitions": ["walk.lefft"]}}})"),
+        "state 'c', transition 1 (to 'walk.lefft'): there is no state 'walk.lefft'; did you mean "
+        "'walk.left'?");
 }
 
 TEST(Charts, LabelsTellAllThatATransitionNeedsAndDoes) {

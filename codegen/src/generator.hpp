@@ -230,7 +230,8 @@ class Generator {
     std::string exchange_declarations(const Calls& calls) const;
     std::string exchange_members(const Calls& calls) const;
     std::string exchange_functions(const Calls& calls) const;
-    std::string crossings_of_caller(const Calls& calls) const;
+    /// `at`: statements that go to the time of that name.
+    std::string crossings_of_caller(const Calls& calls, const std::string& at) const;
     /// Outputs and updates, of all or of each task.
     void print_step(Calls& calls);
     /// The functions that one task consists of, behind each other.

@@ -109,7 +109,7 @@ std::string Generator::exchange_functions(const Calls& calls) const {
     text += head + "compute_rates(Real at) noexcept { return !failure_ && " +
             (has_states ? "evaluate(at) && " + called(calls.derivatives) : std::string("at == at")) +
             "; }\n\n";
-    text += crossings_of_caller(calls);
+    text += crossings_of_caller(calls, at);
     text += head + "compute_signals(Real at, bool is_event) noexcept {\n" + at +
             (calls.again == calls.between
                  ? "    static_cast<void>(is_event);\n    if (!(" + called(calls.again) + ")) return false;\n"
@@ -128,7 +128,7 @@ std::string Generator::exchange_functions(const Calls& calls) const {
 }
 
 /// What blocks answer, what only jumps or bends, and signals that control subsystems.
-std::string Generator::crossings_of_caller(const Calls& calls) const {
+std::string Generator::crossings_of_caller(const Calls& calls, const std::string& at) const {
     const std::string head = "bool " + class_ + "::", guards = number(guard_count());
     std::string text;
     if (!marks_.empty()) {
@@ -141,9 +141,8 @@ std::string Generator::crossings_of_caller(const Calls& calls) const {
     }
     if (guard_count() + mark_count() == 0)
         return text + head + "compute_crossings(Real, Real*) noexcept { return true; }\n\n";
-    text += head +
-            "compute_crossings(Real at, Real* values) noexcept {\n    if (failure_) return false;\n    " +
-            step_time_ + " = at;\n" + go_to() + "    if (!(" + called(calls.between) + ")) return false;\n";
+    text += head + "compute_crossings(Real at, Real* values) noexcept {\n" + at + "    if (!(" +
+            called(calls.between) + ")) return false;\n";
     if (!guards_.empty())
         text += "    bf::generated::forget(bf::generated::elements<Real>(guards_), " + guards +
                 ");\n    if (!(" + called(calls.guards) + ")) return false;\n    for (int i = 0; i < " +

@@ -19,11 +19,10 @@ inline constexpr Status continuous_state_not_finite =
 
 /// The evaluations of the outputs, in each of which a part of the statements takes part.
 enum Pass : std::uint8_t {
-    first = 1,  ///< of a step
-    again = 2,  ///< at the same instant, or at one inside the step, after states have jumped
-    inside = 4, ///< by the solver inside a step: what derivatives and guards depend on
-    between =
-        8, ///< two steps, by the caller whose solver it is: all that goes on, under conditions as they are
+    first = 1,   ///< of a step
+    again = 2,   ///< at the same instant, or at one inside the step, after states have jumped
+    inside = 4,  ///< by the solver inside a step: what derivatives and guards depend on
+    between = 8, ///< two steps, by a caller whose solver it is: all that goes on, conditions as they are
     every = 15
 };
 

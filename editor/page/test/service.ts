@@ -169,7 +169,7 @@ class Speaker {
     socket.on("message", (data) => this.hear(JSON.parse(String(data))));
     socket.on("close", () => clearInterval(this.timer));
   }
-  private tell(method: string, params: unknown): void { this.socket.send(JSON.stringify({ jsonrpc: "2.0", method, params })); }
+  tell(method: string, params: unknown): void { this.socket.send(JSON.stringify({ jsonrpc: "2.0", method, params })); }
   private hear({ id, method, params }: { id: number; method: string; params: any }): void {
     try {
       this.socket.send(JSON.stringify({ jsonrpc: "2.0", id, result: this.answer(method, params) }));
@@ -234,7 +234,7 @@ class Speaker {
 const types: Record<string, string> = { ".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml" };
 export const policy = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; font-src 'self'; connect-src 'self'; base-uri 'none'";
 
-export async function serve(dist: string, port = 0, model = new Model()): Promise<{ server: Server; port: number; model: Model; drop(): void }> {
+export async function serve(dist: string, port = 0, model = new Model()): Promise<{ server: Server; port: number; model: Model; drop(): void; edit_beside(operation: object): void }> {
   const server = createServer(async (request, response) => {
     const path = normalize(new URL(request.url!, "http://here").pathname);
     try {
@@ -246,10 +246,15 @@ export async function serve(dist: string, port = 0, model = new Model()): Promis
     }
   });
   const sockets = new WebSocketServer({ server, path: "/socket" });
-  sockets.on("connection", (socket) => new Speaker(model, socket));
+  const speakers: Speaker[] = [];
+  sockets.on("connection", (socket) => speakers.push(new Speaker(model, socket)));
   await new Promise<void>((resolve) => server.listen(port, "127.0.0.1", resolve));
   const address = server.address() as { port: number };
-  return { server, port: address.port, model, drop: () => sockets.clients.forEach((socket) => socket.terminate()) };
+  return { server, port: address.port, model, drop: () => sockets.clients.forEach((socket) => socket.terminate()),
+    edit_beside(operation) { // as another page does
+      model.edit(operation);
+      for (const speaker of speakers) speaker.tell("changed", model.state());
+    } };
 }
 
 if (process.argv[1] === import.meta.filename) {

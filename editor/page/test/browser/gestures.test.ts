@@ -277,6 +277,16 @@ describe.skipIf(!is_there)("the page", () => {
     await page.getByText("unknown variable 'nothing'").waitFor({ state: "detached" });
     expect(operations()).toEqual([]);
   });
+  test("sets what was typed into a field that goes, since another block is shown in its place", async () => {
+    const gain = await hand.middle("gain");
+    await page.mouse.click(gain.x, gain.y);
+    await page.getByRole("heading", { name: "gain", exact: true }).waitFor();
+    await page.getByRole("textbox", { name: "K [V*s/rad]" }).fill("2*Gain.Kp");
+    await page.getByText("= 0.2", { exact: true }).waitFor();
+    service.edit_beside({ do: "remove", path: "gain" });
+    await until(() => operations().length === 2);
+    expect(operations().slice(1)).toEqual([{ do: "set", path: "gain", name: "K", value: "2*Gain.Kp" }]);
+  });
   test("mends a mistake at its badge, in the list and by keys", async () => {
     const mended = { do: "connect", system: "", from: "motor", to: "scope" };
     const { bounds } = await hand.element("scope"), badge = await hand.at({ x: bounds.x + bounds.width, y: bounds.y });

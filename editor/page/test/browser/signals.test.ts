@@ -107,6 +107,7 @@ describe.skipIf(!is_there || !command)("signals of a model", () => {
     const wire = async () => (await desk.drawing()).elements.find((e) => e.kind === "wire" && e.to === "sink")!;
     const texts = async () => (await wire()).shapes.filter((shape) => shape.kind === "text").map((shape) => shape.text);
     expect(await texts()).toEqual(["level", "level"]);
+    await page.getByRole("button", { name: "Labels", pressed: true }).waitFor(); // it is drawn, too
     await page.keyboard.press("Escape");
     const end = (await wire()).shapes.filter((shape) => shape.kind === "text")[1]!.points[0]!; // the label at the source
     const at = await desk.hand.at(end);

@@ -48,6 +48,7 @@ void RemoteConnection::start() {
     stop();
     fail("its connection is closed"); // and what fails later says so itself
     const auto refuse = [&](const std::string& text) {
+        is_open_ = false; // a link that has stopped takes no farewell
         link_->stop();
         throw std::runtime_error(link_->name() + ": " + text);
     };
@@ -97,6 +98,7 @@ void RemoteConnection::start() {
     while (!has_all()) {
         if (is_interrupted()) return; // the first step tells
         if (!is_fitting()) {
+            is_open_ = false;
             const std::string text = error_;
             link_->stop();
             throw std::runtime_error(text);

@@ -76,24 +76,23 @@ void RobotHost::start(double period) {
 }
 
 void RobotHost::step(double time) noexcept {
-    show(time);
-    if (!options_.waits) {
+    const auto waits = [this] { return options_.waits && !(options_.is_once && gone() > 0); };
+    const double may_go = time + description_.period / 2;
+    const auto has_all = [&] {
+        take();
+        const bool has_settings = take_settings();
+        return has_settings && session_ != 0 && command_[RobotLayout::until] >= may_go;
+    };
+    while (waits() && !has_all()) {
+        if (is_interrupted() || end_.wants_reset() || (options_.goes_on && !options_.goes_on())) return;
+        if (session_ != 0 && end_.is_gone()) let_go(Event::died);
+        end_.wait(0.05);
+    }
+    if (!waits()) {
         take();
         if (session_ != 0 && end_.is_gone()) let_go(Event::died);
         if (session_ != 0 && options_.watchdog > 0 && now() - heard_ > options_.watchdog)
             let_go(Event::silent);
-    } else {
-        const double may_go = time + description_.period / 2;
-        const auto has_all = [&] {
-            take();
-            const bool has_settings = take_settings();
-            return has_settings && session_ != 0 && command_[RobotLayout::until] >= may_go;
-        };
-        while (!has_all()) {
-            if (is_interrupted() || end_.wants_reset() || (options_.goes_on && !options_.goes_on())) return;
-            if (session_ != 0 && end_.is_gone()) let_go(Event::died);
-            end_.wait(0.05);
-        }
     }
     obey();
 }

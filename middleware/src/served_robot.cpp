@@ -15,6 +15,7 @@ class Hosted final : public ServedRobot {
           host_(std::move(name), request.device, request.robot, *end_, request.host) {}
 
     void start(double period) override { host_.start(period); }
+    void show(double time) noexcept override { host_.show(time); }
     void step(double time) noexcept override { host_.step(time); }
     void allow_reset() noexcept override { end_->allow_reset(); }
     bool wants_reset() const noexcept override { return end_->wants_reset(); }

@@ -163,6 +163,7 @@ class Worker : public std::enable_shared_from_this<Worker> {
     void serve_led(RobotHost& host, double time) {
         for (std::int64_t k = 0; goes_on_;) {
             const double at = time + static_cast<double>(k) * description_->period;
+            host.show(at);
             host.step(at);
             // As far as it may go at once, which is the period of whoever steps it.
             const int steps =
@@ -175,13 +176,17 @@ class Worker : public std::enable_shared_from_this<Worker> {
     }
     void serve_by_the_clock(RobotHost& host, double time) {
         const double begin = now() - time;
-        const auto at = [&] { return driver_.clock ? driver_.clock() : now() - begin; };
+        const auto step = [&] {
+            const double at = driver_.clock ? driver_.clock() : now() - begin;
+            host.show(at);
+            host.step(at);
+        };
         for (double due = now(); goes_on_; due = std::max(due + period_, now() - period_)) {
             const timespec until{static_cast<time_t>(due), static_cast<long>((due - std::floor(due)) * 1e9)};
             while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) == EINTR) continue;
-            host.step(at());
+            step();
         }
-        host.step(at()); // takes the last command, which lets the robot go
+        step(); // takes the last command, which lets the robot go
     }
 
     /// Before its thread begins, or in it, before it is done.

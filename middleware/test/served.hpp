@@ -126,7 +126,10 @@ class Served {
   private:
     struct Observer : Run::Observer {
         RobotHost* host = nullptr;
-        void observe(const bf::Run& run) noexcept override { host->step(run.time()); }
+        void observe(const bf::Run& run) noexcept override {
+            host->show(run.time());
+            host->step(run.time());
+        }
     };
     Running running_;
     std::atomic<bool> goes_on_{true};

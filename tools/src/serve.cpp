@@ -45,10 +45,12 @@ class ServedRobots final : public Run::Observer {
             if (!robot.driven_by.empty())
                 throw CommandError(robot.driven_by + " drives the robot '" + robot.path +
                                    "', which can have one controller alone; serve a model without it");
-        const middleware::HostOptions host{!options.realtime.is_asked, options.silence,
-                                           options.on_loss == "limp" ? middleware::OnLoss::limp
-                                                                     : middleware::OnLoss::hold,
-                                           [this] { return goes_on(); }};
+        const middleware::HostOptions host{
+            .waits = !options.realtime.is_asked,
+            .is_once = options.is_once,
+            .watchdog = options.silence,
+            .on_loss = options.on_loss == "limp" ? middleware::OnLoss::limp : middleware::OnLoss::hold,
+            .goes_on = [this] { return goes_on(); }};
         try {
             for (const auto& robot : robots)
                 served_.push_back(make_served_robot(
@@ -71,6 +73,7 @@ class ServedRobots final : public Run::Observer {
             failure = served_.front()->name() + ": " + error.what();
         }
         if (!failure.empty()) return;
+        for (auto& served : served_) served->show(run.time());
         for (auto& served : served_) served->step(run.time());
     }
 
@@ -200,7 +203,7 @@ void add_serve(CLI::App& app) {
         ->add_option("--record", options->record,
                      "write the signals that the model records to this MCAP file")
         ->type_name("FILE");
-    command->add_flag("--once", options->is_once, "end when the first controller has left");
+    command->add_flag("--once", options->is_once, "end when the first controller of each robot has left");
     command
         ->add_option("--on-loss", options->on_loss,
                      "what joints do when their controller is gone: hold their positions, or go limp (hold "

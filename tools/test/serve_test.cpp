@@ -53,6 +53,66 @@ TEST_F(Serve, LetsOneDiagramDriveTheRobotOfAnother) {
     EXPECT_NE(both.out.find("world.worst_age"), std::string::npos) << "the report has it: " << both.out;
 }
 
+/// The oracle is the world in the diagram.
+TEST_F(Serve, LetsOneDiagramOrSeveralDriveAllRobotsOfAWorld) {
+    write("two.xml", "<world step=\"0.001\"><robot name=\"left\" file=\"arm.urdf\" position=\"0 1 0\"/>"
+                     "<robot name=\"right\" file=\"arm.urdf\" position=\"0 -1 0\"/></world>\n");
+    const auto two = [&](const std::string& stop, const std::string& world, const std::string& law,
+                         const std::vector<std::string>& sides) {
+        std::string text = "model: two\nplugins: [WholeBodyToolbox, SharedMemory]\nstep: 0.001\nstop: " + stop +
+                           "\nblocks:\n",
+                    record;
+        if (world.empty()) text += "  world: {block: WholeBodyToolbox/World, file: two.xml}\n";
+        for (const auto& side : sides) {
+            text += "  " + side + ":\n    blocks:\n      robot: {block: " +
+                    (world.empty() ? "WholeBodyToolbox/WorldRobot, robot: " + side
+                                   : world + name + "." + side + ".robot") +
+                    "}\n      its: {block: WholeBodyToolbox/Configuration, robot: arm.urdf, floating_base: false}\n" +
+                    law;
+            record += (record.empty() ? "" : ", ") + side + ".s";
+        }
+        return text + (law.empty() ? "" : "record: [" + record + "]\n");
+    };
+    const std::string law = "      s: {block: WholeBodyToolbox/GetMeasurement}\n"
+                            "      u: {block: Sine, amplitude: 2, frequency: 9}\n"
+                            "      set: {block: WholeBodyToolbox/SetReferences}\n    connections: {u: set.u}\n",
+                      robot = "SharedMemory/Robot, period: 0.001, name: ";
+    write("served.yaml", two("Inf", "", "", {"left", "right"}));
+    write("direct.yaml", two("0.02", "", law, {"left", "right"}));
+    write("both.yaml", two("0.02", robot, law, {"left", "right"}));
+    write("left.yaml", two("0.01", robot, law, {"left"}));
+    write("right.yaml", two("0.02", robot, law, {"right"}));
+    const std::string serve = "'" BF_PROGRAM "' serve served.yaml --once --shm " + name + " & ",
+                      run = "timeout 60 '" BF_PROGRAM "' run --quiet ";
+    const auto one = shell(run + "direct.yaml --record direct.mcap; " + serve + run +
+                           "both.yaml --record both.mcap; code=$?; wait $!; exit $((code + $?))");
+    EXPECT_EQ(one.code, 0) << one.err;
+    EXPECT_EQ(bf("export direct.mcap -o direct.csv").code, 0);
+    EXPECT_EQ(bf("export both.mcap -o both.csv").code, 0);
+    const auto column = [&](const std::string& file, const std::string& signal) {
+        std::istringstream lines(read(file));
+        std::vector<std::string> values;
+        int wanted = -1;
+        for (std::string line; std::getline(lines, line);) {
+            std::istringstream cells(line);
+            int k = 0;
+            for (std::string cell; std::getline(cells, cell, ','); ++k) {
+                if (cell == signal) wanted = k;
+                if (k == wanted) values.push_back(cell);
+            }
+        }
+        return values;
+    };
+    for (const std::string signal : {"left.s (rad)", "right.s (rad)"}) {
+        EXPECT_EQ(column("both.csv", signal), column("direct.csv", signal));
+        EXPECT_EQ(column("both.csv", signal).size(), 21) << "a name and a number for each step";
+    }
+    const auto several =
+        shell(serve + "server=$!; " + run + "left.yaml & left=$!; " + run +
+              "right.yaml; code=$?; wait $left; code=$((code + $?)); wait $server; exit $((code + $?))");
+    EXPECT_EQ(several.code, 0) << several.err << "whoever goes on does so without the one who has ended";
+}
+
 TEST_F(Serve, LetsWhoeverHasTheKeyDriveItOverUdp) {
     const std::string port = std::to_string(20'000 + getpid() % 10'000);
     const auto driving = [&](const std::string& key) {

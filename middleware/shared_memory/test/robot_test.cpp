@@ -345,6 +345,19 @@ TEST(SharedMemoryRobot, SaysWhatDoesNotFit) {
                     "the robot's name is 'a/b'; write up to 100 letters");
 }
 
+TEST(SharedMemoryRobot, SaysThatItsServerSendsNothing) {
+    const auto quiet = make_end(robot_name("quiet"));
+    middleware::RobotDescription d;
+    d.period = 0.001;
+    d.joints = {"a"};
+    for (auto* limits : {&d.position_min, &d.position_max, &d.velocity_min, &d.velocity_max})
+        limits->setZero(1);
+    quiet->start(d);
+    expect_contains(refusal(diagram(icub_at("quiet", ", start_timeout: 0.05, joints: \"{'a'}\""))),
+                    "world: robot '" + robot_name("quiet") +
+                        "' in shared memory: it is there, but sends no state; look whether it runs");
+}
+
 TEST(SharedMemoryRobot, DistrustsMemory) {
     const std::string file = folder() + robot_name("bad");
     const std::string here = "robot '" + robot_name("bad") + "' in shared memory: ";

@@ -53,6 +53,7 @@ enum class OnLoss {
 struct HostOptions {
     /// The robot's time stands still until a controller says how far it may go; otherwise it runs by a clock.
     bool waits = true;
+    bool is_once = false; ///< it waits for the first controller alone, not for one after it
     double watchdog =
         0.2; ///< s without a command until the joints are taken back, where it does not wait; 0: never
     OnLoss on_loss = OnLoss::hold;
@@ -71,8 +72,9 @@ class RobotHost {
 
     /// Shows the robot, which has started, to others. Throws what RobotEnd::start throws.
     void start(double period);
-    /// Between the outputs and the updates of a step at that time of the robot: shows its state, waits where
-    /// it waits, and gives the robot what the controller commands. Allocates nothing.
+    /// Between the outputs and the updates of a step at that time of the robot: shows its state.
+    void show(double time) noexcept;
+    /// Then waits where it waits, and gives the robot what the controller commands. Allocates nothing.
     void step(double time) noexcept;
     /// Takes the joints back.
     void stop() noexcept;
@@ -86,7 +88,6 @@ class RobotHost {
     int gone() const noexcept { return gone_.load(std::memory_order_relaxed); }
 
   private:
-    void show(double time) noexcept;
     void show_gains() noexcept;
     void take() noexcept;
     bool take_settings() noexcept;

@@ -1,5 +1,6 @@
 // Claims about the memory that blocks of one diagram share.
 #include "bf/core/context.hpp"
+#include "bf/core/interrupt.hpp"
 #include "bf/core/resolve.hpp"
 #include "bf/kernels/elementwise.hpp"
 #include "bf/kernels/routing.hpp"
@@ -279,6 +280,14 @@ TEST(Move, IsJoinedOnlyWithWhatGoesOnAndReadsNothingThatItWrites) {
     EXPECT_EQ(first.count, 4);
     Move shift{&a[1], &a[0], 1};
     EXPECT_FALSE(join(shift, {&a[2], &a[1], 1})) << "the second moves what the first has written";
+}
+
+TEST(Interruptions, AreToldByTheEndOfAFailureWhateverWaited) {
+    EXPECT_TRUE(is_interruption(interrupted));
+    EXPECT_TRUE(is_interruption(std::string("shm: robot 'arm' in shared memory: ") + interrupted));
+    EXPECT_FALSE(is_interruption(std::string(interrupted) + " by nobody"));
+    EXPECT_FALSE(is_interruption("interrupted"));
+    EXPECT_FALSE(is_interruption(""));
 }
 
 } // namespace

@@ -186,7 +186,7 @@ std::int64_t last_step(const PythonRun& self, std::optional<double> duration, st
     if (std::isnan(end) || end < 0) raise("RunError", "a run does not end at " + std::to_string(end) + " s");
     if (std::isinf(end) && !has_event)
         raise("RunError", self.run.name() +
-                              " does not say how long it runs: give a duration, run(10), or write "
+                              " does not say when it ends: give a duration, run(10), or write "
                               "'stop: SECONDS' in the model");
     return std::isinf(end) ? std::numeric_limits<std::int64_t>::max() : self.run.steps_before(end);
 }

@@ -153,7 +153,7 @@ def test_runs_end_at_events(motor):
 
 def test_a_run_without_an_end_asks_for_one(write):
     sim = bf.load(write("linear.yaml", LINEAR)).simulate()
-    with pytest.raises(bf.RunError, match="does not say how long it runs: give a duration"):
+    with pytest.raises(bf.RunError, match="does not say when it ends: give a duration"):
         sim.run()
     with pytest.raises(bf.RunError, match="both a duration and a time"):
         sim.run(1, to=2)

@@ -257,7 +257,7 @@ void execute(const RunOptions& options) {
     const bool is_endless = !std::isfinite(diagram.stop);
     if (is_endless && options.stop.empty() && !std::isfinite(options.realtime.duration))
         throw CommandError(diagram.name +
-                           " does not say how long it runs: give --stop SECONDS (--stop Inf runs until "
+                           " does not say when it ends: give --stop SECONDS (--stop Inf runs until "
                            "Ctrl-C), or write 'stop: SECONDS' in the model");
 
     std::optional<OutputFile> summary, trace;

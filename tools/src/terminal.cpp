@@ -89,7 +89,7 @@ void refuse_incomplete(const recording::Recording& recording, const std::string&
                        const std::string& output) {
     if (!recording.complete)
         throw CommandError(output + " holds only what could be read of " + file +
-                           ", which is damaged or cut");
+                           ", which is not complete");
 }
 
 InterruptGuard::InterruptGuard() {
@@ -104,7 +104,7 @@ InterruptGuard::~InterruptGuard() {
 }
 
 std::string without_interruption(std::string failure) {
-    return InterruptGuard::signal() != 0 && failure.ends_with(interrupted) ? std::string() : failure;
+    return InterruptGuard::signal() != 0 && is_interruption(failure) ? std::string() : failure;
 }
 
 void show_warnings() {

@@ -414,7 +414,7 @@ TEST_F(BadInput, MissingModel) { expect_error("run nowhere.yaml", "there is no m
 
 TEST_F(BadInput, ModelWithoutAStopTime) {
     write("m.yaml", "model: m\nstep: 1\nblocks:\n  t: {block: Clock}\n");
-    expect_error("run m.yaml", "m does not say how long it runs: give --stop SECONDS");
+    expect_error("run m.yaml", "m does not say when it ends: give --stop SECONDS");
     expect_error("run m.yaml --stop -1", "'stop' is -1; give a number of seconds from 0 to Inf");
     expect_error("run m.yaml --stop soon", "unknown variable or function 'soon'");
 }
@@ -493,7 +493,7 @@ TEST_F(BadInput, RecordingsThatAreCutOrNone) {
     EXPECT_EQ(exported.code, 1);
     EXPECT_CONTAINS(exported.err, "cut.mcap is not complete: ");
     EXPECT_CONTAINS(exported.err,
-                    "bf: cut.csv holds only what could be read of cut.mcap, which is damaged or cut\n");
+                    "bf: cut.csv holds only what could be read of cut.mcap, which is not complete\n");
     expect_error("export cut.mcap -o cut.mat", "cut.mat holds only what could be read of cut.mcap");
     expect_error("plot cut.mcap", "cut.png holds only what could be read of cut.mcap");
     EXPECT_TRUE(exists("cut.mat") && exists("cut.png"));

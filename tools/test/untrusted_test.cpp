@@ -169,7 +169,7 @@ TEST_F(Untrusted, TextsDoNotWriteOverOthersOnATerminal) {
     EXPECT_CONTAINS(check.out, "<1b>[2Jm: 1 blocks");
     EXPECT_CONTAINS(check.out, "<1b>[8mhidden");
     const auto run = bf("run m.yaml");
-    EXPECT_CONTAINS(run.err, "<1b>[2Jm does not say how long it runs");
+    EXPECT_CONTAINS(run.err, "<1b>[2Jm does not say when it ends");
     EXPECT_EQ((check.out + run.err).find('\x1b'), std::string::npos);
 }
 

@@ -48,7 +48,7 @@ class StreamsBlock final : public Block {
     Provides<toolbox::StreamNetwork> network{this, [this]() -> std::shared_ptr<const toolbox::StreamNetwork> {
                                                  return std::make_shared<Streams>(address, peers, key_);
                                              }};
-    Output<double> received{this, "received", {.doc = "messages so far that were taken"}};
+    Output<double> received{this, "received", {.doc = "messages so far that came, late ones among them"}};
     Output<double> lost{this, "lost", {.doc = "messages so far that did not come"}};
     Output<double> late{
         this, "late", {.doc = "messages so far that came after newer ones, which are left out"}};

@@ -222,7 +222,7 @@ template <class Model> int run(int argc, char** argv) {
     const double stop = options.stop.value_or(planned);
     if (!std::isfinite(stop) && !options.stop && !options.is_paced) {
         complain(
-            "the model does not say how long it runs: give --stop SECONDS (--stop Inf runs until Ctrl-C)");
+            "the model does not say when it ends: give --stop SECONDS (--stop Inf runs until Ctrl-C)");
         return 1;
     }
     if (const std::string wrong = check_stop(stop, Model::period); !wrong.empty()) {
@@ -353,8 +353,7 @@ template <class Model> int run(int argc, char** argv) {
         if (!text.empty()) failure += (failure.empty() ? "" : "\n") + text;
     };
     const int signal = realtime::InterruptGuard::signal();
-    if (!good &&
-        !(signal && std::strcmp(model->failure(), interrupted) == 0)) { // no failure: a wait that ended
+    if (!good && !(signal && is_interruption(model->failure()))) {
         const std::string block = model->failed_block();
         fails(block + (block.empty() ? "" : ": ") + model->failure());
     }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <csignal>
+#include <string_view>
 
 namespace bf {
 
@@ -18,8 +19,12 @@ void tell_wait(const char* what) noexcept;
 /// Whoever starts runs says who listens, in any thread; null: nobody.
 void listen_to_waits(void (*told)(const char* what)) noexcept;
 
-/// The message of a step that ended early because of it. A program that was asked to end does not call that a
-/// failure.
+/// The message of a step that ended early because of it, after the name of what it waited for. A program that
+/// was asked to end does not call that a failure.
 inline constexpr char interrupted[] = "the wait was interrupted";
+inline bool is_interruption(std::string_view failure) noexcept {
+    const std::string_view end(interrupted);
+    return failure.size() >= end.size() && failure.substr(failure.size() - end.size()) == end;
+}
 
 } // namespace bf

@@ -1,5 +1,6 @@
 // The equations of the balancing controller alone: its standard blocks, fed with what the blocks of plugins
 // gave in a run. Generated code beside the engine, and beside the same law written by hand with Eigen.
+#include "part_of_diagram.hpp"
 #include "session.hpp"
 
 #include "bf/codegen/generate.hpp"
@@ -7,12 +8,9 @@
 
 #include <benchmark/benchmark.h>
 
-#include <algorithm>
 #include <cstdlib>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <set>
 #include <stdexcept>
 #include <string>
 #include <unistd.h>
@@ -23,55 +21,14 @@ namespace {
 namespace fs = std::filesystem;
 constexpr int steps = 64; // repeated: few enough to stay in the cache
 
-/// Stands for a block that does not run here. Those of its outputs that are read are inputs of the diagram.
-class Recorded final : public bf::Block {
-  public:
-    Recorded(const bf::Resolution& from, const std::set<int>& read) {
-        bf::detail::declared_by(*this).slots = from.declaration().slots;
-        resolution().slots = from.slots;
-        for (int i = 0; i < static_cast<int>(from.slots.size()); ++i) {
-            auto& slot = resolution().slots[static_cast<std::size_t>(i)];
-            slot.role = bf::Role::output;
-            if (!read.contains(i)) slot.size = {0, 1, false};
-        }
-    }
-};
-
 bool is_law(const bf::DiagramNode& node) {
     return node.path.starts_with("controller.") && node.type.find('/') == std::string::npos;
 }
 
 /// Leaves the standard blocks of the controller.
 void reduce(bf::Diagram& d) {
-    std::vector<std::set<int>> read(d.nodes.size());
-    std::vector<bool> stays;
-    for (const auto& node : d.nodes) stays.push_back(is_law(node));
-    for (std::size_t n = 0; n < d.nodes.size(); ++n)
-        for (const auto& from : d.nodes[n].sources)
-            if (stays[n] && from.node >= 0 && !stays[static_cast<std::size_t>(from.node)])
-                read[static_cast<std::size_t>(from.node)].insert(from.slot);
-    for (std::size_t n = 0; n < d.nodes.size(); ++n) {
-        if (stays[n]) continue;
-        auto& node = d.nodes[n];
-        node.block = std::make_unique<Recorded>(node.block->resolution(), read[n]);
-        node.type = "Inport";
-        node.methods = {};
-        node.sources.assign(node.sources.size(), {});
-        node.providers.clear();
-        for (const int slot : read[n]) {
-            const bf::Node::End end{static_cast<int>(n), slot};
-            d.inputs.push_back({d.end_path(end).substr(std::string("controller.").size()), end});
-        }
-    }
-    for (auto* segments : {&d.plan.outputs, &d.plan.updates})
-        for (auto& segment : *segments)
-            std::erase_if(segment.activities, [&](const bf::Activity& activity) {
-                return !stays[static_cast<std::size_t>(activity.node)];
-            });
+    leave(d, "controller.", is_law);
     d.name = "icub_law";
-    d.definitions.clear(); // they name parameters of blocks that do not run here
-    d.plots.clear();
-    d.record.clear();
     for (const std::string path :
          {"limited.y", "distribution.H.y", "distribution.g.y", "distribution.C.y", "distribution.d.y",
           "distribution.largest.y", "base.velocity.y", "base.pose.a_H_c", "references.com_r.y",
@@ -89,26 +46,6 @@ bf::LoadedModel balancing() {
     options.sets = {"T_control=0.001", "scenario=1"};
     return bf::tools::load_model(options);
 }
-
-/// The elements of signals, as they come in the structures of generated code.
-void append(const bf::Simulation& simulation, const std::vector<bf::SignalName>& signals,
-            std::vector<double>& to) {
-    for (const auto& signal : signals) {
-        const auto* data =
-            static_cast<const double*>(simulation.context().data(signal.end.node, signal.end.slot));
-        to.insert(to.end(), data, data + simulation.diagram().slot(signal.end).size.count());
-    }
-}
-
-struct Watch final : bf::Run::Observer {
-    const std::vector<bf::SignalName>& signals;
-    std::vector<double> values;
-    explicit Watch(const std::vector<bf::SignalName>& s) : signals(s) {}
-    void observe(const bf::Run& run) noexcept override {
-        const auto& simulation = static_cast<const bf::Simulation&>(run);
-        append(simulation, signals, values);
-    }
-};
 
 struct Law {
     bf::LoadedModel loaded = balancing();
@@ -164,21 +101,10 @@ void engine(benchmark::State& state) {
     const auto& diagram = law.loaded.diagram;
     bf::Simulation simulation(diagram);
     simulation.start();
-    struct Target {
-        void* to;
-        std::size_t bytes;
-    };
-    std::vector<Target> targets;
-    for (const auto& input : diagram.inputs)
-        targets.push_back({simulation.context().data(input.end.node, input.end.slot),
-                           static_cast<std::size_t>(diagram.slot(input.end).size.count()) * sizeof(double)});
+    const Inputs inputs(simulation, law.inputs);
     const auto run = [&](auto&& after_step) {
-        const auto* from = reinterpret_cast<const std::byte*>(law.inputs.data());
         for (int k = 0; k < steps; ++k) {
-            for (const auto& [to, bytes] : targets) {
-                std::memcpy(to, from, bytes);
-                from += bytes;
-            }
+            inputs.set(static_cast<std::size_t>(k));
             if (!simulation.step()) throw std::runtime_error(simulation.failure());
             after_step();
         }

@@ -16,6 +16,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -73,6 +74,11 @@ class BalancingLaw {
         inputs_ = std::make_unique<Inputs>(*run_, measured_);
         run_->start();
         at_ = run_->snapshot();
+        bf::analysis::LinearizeOptions asked{.from = {"controller.s", "controller.s_dot"},
+                                             .to = {"controller.tau"}};
+        exact_.emplace(*run_, asked);
+        asked.by_differences = true;
+        by_blocks_.emplace(*run_, asked);
         find_elements();
     }
 
@@ -83,9 +89,7 @@ class BalancingLaw {
     }
     /// Makes the step.
     bf::analysis::LinearSystem linearize(bool by_differences) {
-        return bf::analysis::linearize(*run_, {.from = {"controller.s", "controller.s_dot"},
-                                               .to = {"controller.tau"},
-                                               .by_differences = by_differences});
+        return (by_differences ? *by_blocks_ : *exact_)();
     }
     /// [A B; C D] by two steps for each column, which need but states, inputs and outputs; and makes the
     /// step.
@@ -159,6 +163,7 @@ class BalancingLaw {
     std::vector<double> measured_; ///< inputs of all points
     std::unique_ptr<bf::Simulation> run_;
     std::unique_ptr<Inputs> inputs_;
+    std::optional<bf::analysis::Linearizer> exact_, by_blocks_;
     std::vector<std::byte> at_;
     std::size_t k_ = 0;
     std::vector<double*> moved_, results_; ///< states and inputs, states and outputs

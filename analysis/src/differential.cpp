@@ -37,6 +37,11 @@ Differential::Differential(Simulation& run, int seeds, bool by_differences)
             places.push_back(place);
         }
     }
+    for (int n = 0; n < static_cast<int>(places_.size()); ++n) {
+        auto& origins = origins_.emplace_back();
+        for (int s = 0; s < static_cast<int>(places_[static_cast<std::size_t>(n)].size()); ++s)
+            origins.push_back(origin(d_, {n, s}));
+    }
     for (const auto& loop : d_.plan.loops) {
         first_unknown_.push_back(columns());
         for (const auto& end : loop.unknowns) unknowns_ += d_.slot(end).size.count();
@@ -51,8 +56,16 @@ Differential::Differential(Simulation& run, int seeds, bool by_differences)
     for (const int node : context_.devices()) devices_.insert(node);
 }
 
+void Differential::begin() {
+    for (auto& its : slopes_) its.clear();
+    outside_.clear();
+    flows_.clear();
+    differenced_.clear();
+    kinks_.clear();
+}
+
 const Differential::Place& Differential::place(const Node::End& end) const {
-    const auto from = origin(d_, end);
+    const auto& from = origins_[static_cast<std::size_t>(end.node)][static_cast<std::size_t>(end.slot)];
     return places_[static_cast<std::size_t>(from.node)][static_cast<std::size_t>(from.slot)];
 }
 
@@ -93,8 +106,8 @@ void Differential::change(int node, int slot) {
 }
 
 int Differential::read_by(int node, int slot) const {
-    const auto from = origin(d_, {node, slot});
-    const auto& its = place(from);
+    const auto& from = origins_[static_cast<std::size_t>(node)][static_cast<std::size_t>(slot)];
+    const auto& its = places_[static_cast<std::size_t>(from.node)][static_cast<std::size_t>(from.slot)];
     return from.node == node && from.slot == slot ? its.own : its.first;
 }
 
@@ -298,13 +311,14 @@ std::vector<Differential::Part> Differential::writes(int node, Phase phase, int 
 void Differential::activity(int node, Phase phase, int index) {
     const Call* rule = call(node, phase, index);
     const auto& sources = d_.nodes[static_cast<std::size_t>(node)].sources;
-    const bool moves = !reads(node, phase, index).empty();
+    const auto read = reads(node, phase, index);
+    const bool moves = !read.empty();
     if (moves)
         for (std::size_t s = 0; s < sources.size(); ++s)
             if (sources[s].node >= 0)
                 if (const auto& its = place({node, static_cast<int>(s)});
                     its.first >= 0 && !slopes(its.first).is_zero())
-                    flows_.emplace(sources[s].node, sources[s].slot, node);
+                    flows_.emplace_back(sources[s].node, sources[s].slot, node);
     DualKernel kernel;
     if (moves && rule && !by_differences_) {
         const auto [known, is_new] = kernels_.try_emplace(rule->kernel);
@@ -317,8 +331,8 @@ void Differential::activity(int node, Phase phase, int index) {
         for (const auto& part : writes(node, phase, index)) slopes(part.slopes).clear();
     else if (kernel.kernel)
         this->rule(node, phase, *rule, kernel);
-    else if (rule || by_differences_ || followed_.contains(node) || !declared(node, phase, index))
-        by_differences(node, phase, index);
+    else if (rule || by_differences_ || followed_.contains(node) || !declared(node, phase, index, read))
+        by_differences(node, phase, index, read);
     // One rule may change what another one wrote: each is differentiated at the values that it found.
     const bool has_more =
         d_.nodes[static_cast<std::size_t>(node)].block->declaration().rules(phase).size() > 1;
@@ -332,11 +346,12 @@ const Task& Differential::task(int node, Phase phase, int index) {
     return found->second;
 }
 
-std::vector<SlopeRow> Differential::rows(const std::vector<Part>& from) const {
-    std::vector<SlopeRow> all;
-    for (const auto& part : from)
-        for (int e = 0; e < part.count; ++e) all.push_back(slopes(part.slopes).row(e));
-    return all;
+void Differential::rows(const std::vector<Part>& from, std::vector<SlopeRow>& all) const {
+    all.clear();
+    for (const auto& part : from) {
+        const Slopes& its = slopes(part.slopes);
+        for (int e = 0; e < part.count; ++e) all.push_back(its.row(e));
+    }
 }
 
 /// Slopes of what is written from those of what is read: by what `structured` knows of it, or else as
@@ -347,8 +362,20 @@ bool Differential::write(int node, const std::vector<Part>& from, const std::vec
     Eigen::Index results = 0;
     for (const auto& part : to) results += part.count;
     if (results == 0) return true;
-    const auto elements = rows(from);
-    std::vector<Slopes> made(to.size());
+    rows(from, elements_);
+    const auto& elements = elements_;
+    // What is written keeps its memory, unless it is read, too.
+    if (made_.size() < to.size()) made_.resize(to.size());
+    auto& made = made_;
+    for (std::size_t p = 0; p < to.size(); ++p) {
+        const bool is_read = std::any_of(from.begin(), from.end(),
+                                         [&](const Part& part) { return part.slopes == to[p].slopes; });
+        if (!is_read) {
+            std::swap(made[p], slopes(to[p].slopes));
+            slopes(to[p].slopes).clear();
+        }
+        made[p].clear();
+    }
     const auto for_each_part = [&](auto&& f) { // f(its slopes, its first row, count)
         Eigen::Index row = 0;
         for (std::size_t p = 0; p < to.size(); ++p) {
@@ -371,12 +398,14 @@ bool Differential::write(int node, const std::vector<Part>& from, const std::vec
             if (!differentiate(Matrix::Identity(rows, rows), by_elements)) return false;
             check(by_elements.allFinite());
             for_each_part([&](Slopes& its, Eigen::Index row, int count_of_it) {
-                its = sum(static_cast<std::size_t>(count_of_it), {{by_elements.data() + row,
-                                                                   1,
-                                                                   results,
-                                                                   elements.data(),
-                                                                   {0, 1, static_cast<int>(rows)},
-                                                                   {0, 1, count_of_it}}});
+                sum(static_cast<std::size_t>(count_of_it),
+                    {{by_elements.data() + row,
+                      1,
+                      results,
+                      elements.data(),
+                      {0, 1, static_cast<int>(rows)},
+                      {0, 1, count_of_it}}},
+                    its);
             });
         } else {
             Matrix read = Matrix::Zero(rows, count), along = Matrix::Zero(results, count);
@@ -396,17 +425,17 @@ bool Differential::write(int node, const std::vector<Part>& from, const std::vec
     for (std::size_t p = 0; p < to.size(); ++p) {
         if (!is_real(to[p].type)) made[p].clear();
         check(made[p].is_finite());
-        slopes(to[p].slopes) = std::move(made[p]);
+        std::swap(slopes(to[p].slopes), made[p]);
     }
     return true;
 }
 
 /// By what the block says of its methods.
-bool Differential::declared(int node, Phase phase, int index) {
+bool Differential::declared(int node, Phase phase, int index, const std::vector<Part>& from) {
     const auto* block =
         dynamic_cast<const Differentiable*>(d_.nodes[static_cast<std::size_t>(node)].block.get());
     if (!block) return false;
-    const auto from = reads(node, phase, index), to = writes(node, phase, index);
+    const auto to = writes(node, phase, index);
     const auto is_result = [&](int slot) {
         const auto& its = places_[static_cast<std::size_t>(node)][static_cast<std::size_t>(slot)];
         switch (phase) {
@@ -444,7 +473,11 @@ bool Differential::declared(int node, Phase phase, int index) {
         for (int s = 0; s < count; ++s) {
             if (!is_result(s)) continue;
             const int elements = place({node, s}).count;
-            slopes.middleRows(i, elements) = result(changes, s);
+            Matrix& its = result(changes, s);
+            if (its.rows() == slopes.rows() && its.cols() == slopes.cols())
+                slopes.swap(its);
+            else
+                slopes.middleRows(i, elements) = its;
             i += elements;
         }
         return true;
@@ -476,8 +509,8 @@ void Differential::bend(int node, const Vector& direction, double step, double p
     }
 }
 
-void Differential::by_differences(int node, Phase phase, int index) {
-    const auto from = reads(node, phase, index), to = writes(node, phase, index);
+void Differential::by_differences(int node, Phase phase, int index, const std::vector<Part>& from) {
+    const auto to = writes(node, phase, index);
     if (to.empty()) return;
     for (std::size_t a = 0; a < from.size(); ++a)
         for (std::size_t b = 0; b < a; ++b)
@@ -509,16 +542,23 @@ void Differential::by_differences(int node, Phase phase, int index) {
                 write_real(from[p].data, from[p].type, e,
                            values[p][static_cast<std::size_t>(e)] + step * direction[i]);
     };
+    Status failed; // the last one that did
     const auto evaluate = [&](const Vector& direction, double step, Vector& at) {
         restore();
         move(direction, step);
         const Status status = task();
+        if (!status) failed = status;
         int i = 0;
         for (const auto& part : to) // some of which may be read, too
             for (int e = 0; e < part.count; ++e)
                 at[i++] = is_real(part.type) ? read_value(part.data, part.type, e) : 0;
         move(direction, 0);
         return static_cast<bool>(status) && at.allFinite();
+    };
+    const auto beside = [&] {
+        const auto& block = d_.nodes[static_cast<std::size_t>(node)].block->resolution();
+        return "it fails beside this operating point" + (failed ? "" : " (" + failed.text(&block) + ")") +
+               ", so that its derivative cannot be found; choose another one";
     };
     Vector here;
     bool has_here = false;
@@ -550,8 +590,7 @@ void Differential::by_differences(int node, Phase phase, int index) {
         } else if ((has_above || has_below) && has_here) {
             slopes = (has_above ? Vector(above - here) : Vector(here - below)) / step;
         } else {
-            fail(node, "it fails beside this operating point, so that its derivative cannot be found; choose "
-                       "another one");
+            fail(node, beside());
         }
     };
     write(node, from, to, [&](const Matrix& directions, Matrix& slopes) {

@@ -29,6 +29,8 @@ inline void write_real(void* data, Type type, int i, double value) {
 class Differential {
   public:
     Differential(Simulation& run, int seeds, bool by_differences);
+    /// Nothing moves yet, at another point: as it was made, with what was said by `at` and `follow`.
+    void begin();
 
     /// The derivatives of a signal or state by all seeds; of an input those of what it reads.
     Matrix rows(const Node::End& end) const;
@@ -58,7 +60,7 @@ class Differential {
 
     /// Node and slot of signals whose slopes are not zero, and the nodes that read them, in the passes so
     /// far.
-    const std::set<std::tuple<int, int, int>>& flows() const { return flows_; }
+    const std::vector<std::tuple<int, int, int>>& flows() const { return flows_; }
     const std::set<int>& differenced() const { return differenced_; }
     /// Nodes that were found at a jump or corner.
     const std::set<int>& kinks() const { return kinks_; }
@@ -91,13 +93,13 @@ class Differential {
     void iterate(const Loop& loop, const Runs& runs);
     void activity(int node, Phase phase, int index);
     void rule(int node, Phase phase, const Call& call, const DualKernel& kernel);
-    bool declared(int node, Phase phase, int index);
-    void by_differences(int node, Phase phase, int index);
+    bool declared(int node, Phase phase, int index, const std::vector<Part>& from);
+    void by_differences(int node, Phase phase, int index, const std::vector<Part>& from);
     void with_outside(int node, Phase phase, int index);
     template <class Evaluate>
     void bend(int node, const Vector& direction, double step, double precision, const Vector& here,
               const Vector& above, const Vector& below, Evaluate&& evaluate, Vector& slopes);
-    std::vector<SlopeRow> rows(const std::vector<Part>& from) const;
+    void rows(const std::vector<Part>& from, std::vector<SlopeRow>& all) const;
     using Differentiate = std::function<bool(const Matrix& directions, Matrix& slopes)>;
     using Structured =
         std::function<bool(const std::vector<SlopeRow>& elements, std::vector<Slopes>& results)>;
@@ -115,9 +117,10 @@ class Differential {
     int seeds_, unknowns_ = 0;
     std::vector<Slopes> slopes_; ///< columns: seeds, then unknowns of algebraic loops
     std::vector<std::vector<Place>> places_;
-    std::vector<int> first_unknown_; ///< column, by loop
+    std::vector<std::vector<Node::End>> origins_; ///< of each slot, see `origin`
+    std::vector<int> first_unknown_;              ///< column, by loop
     std::map<std::pair<int, int>, std::function<void(Matrix&)>> changes_;
-    std::set<std::tuple<int, int, int>> flows_;
+    std::vector<std::tuple<int, int, int>> flows_; ///< some of them more than once
     std::set<int> differenced_, kinks_;
     std::set<int> devices_;
     std::set<int> followed_;      ///< nodes of parameters that move
@@ -128,6 +131,9 @@ class Differential {
     std::map<std::string_view, DualKernel> kernels_;
     std::vector<Dual> numbers_; ///< of the operands of a rule, as the next ones
     std::vector<kernels::View<Dual>> views_, list_;
+    std::vector<SlopeRow> elements_; ///< that an activity reads, as the next ones
+    std::vector<Slopes> made_;       ///< by it
+    LocalJacobian local_;            ///< of a rule, as the next one
 };
 
 } // namespace bf::analysis

@@ -42,7 +42,8 @@ void Differential::with_outside(int node, Phase phase, int index) {
         return Eigen::Map<Vector>(outside(snapshot, numbers), static_cast<Eigen::Index>(numbers));
     };
     const Vector state = saved(here);
-    auto moving = rows(from);
+    std::vector<SlopeRow> moving;
+    rows(from, moving);
     for (int i = 0; i < static_cast<int>(numbers); ++i) moving.push_back(outside_.row(i));
     const auto seeds = seeds_of(moving);
     std::vector<Vector> values;

@@ -122,7 +122,7 @@ void Differential::rule(int node, Phase phase, const Call& call, const DualKerne
         std::size_t row = 0;
         for (std::size_t p = 0; p < written.size(); ++p) {
             const auto count = static_cast<std::size_t>(written[p].count);
-            made[p] = local.times(elements, row, count);
+            local.times(elements, row, count, made[p]);
             row += count;
         }
         return true;
@@ -135,11 +135,9 @@ void Differential::rule(int node, Phase phase, const Call& call, const DualKerne
                                  operand.size.cols, operand.from});
         if (whole.size() == operands.size() && by_formula(call.kernel, whole, elements, made[0]))
             return true; // beside it may stand a workspace
-        std::size_t rows = 0;
-        for (const auto& part : written) rows += static_cast<std::size_t>(part.count);
-        LocalJacobian local;
+        local_.clear();
+        LocalJacobian& local = local_;
         if (kernel.structure == Structure::move) { // the kernel itself tells from where each result is
-            local.reserve(rows, rows);
             set_values();
             for (auto& operand : operands)
                 for (std::size_t e = 0; operand.from >= 0 && e < operand.numbers.size(); ++e)
@@ -163,7 +161,8 @@ void Differential::rule(int node, Phase phase, const Call& call, const DualKerne
         std::vector<std::size_t> moving;
         for (std::size_t k = 0; k < operands.size(); ++k)
             if (operands[k].from >= 0) moving.push_back(k);
-        local.reserve(rows, rows * moving.size());
+        std::size_t rows = 0;
+        for (const auto& part : written) rows += static_cast<std::size_t>(part.count);
         Matrix own(rows, moving.size()); // of each result by each of them
         constexpr auto width = static_cast<std::size_t>(Dual::directions);
         for (std::size_t first = 0; first < moving.size(); first += width) {

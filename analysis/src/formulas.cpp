@@ -43,13 +43,13 @@ bool of_solution(const RuleOperand& x, const RuleOperand& a, const RuleOperand& 
                 symmetric.push_back(
                     elements[static_cast<std::size_t>(a.first + std::max(i, j) + std::min(i, j) * a.rows)]);
         add_product(a, symmetric.data(), minus_X.data(), x, products);
-        changes = sum(size, products);
+        sum(size, products, changes);
         products.clear();
         for (int e = 0; e < x.rows * x.cols; ++e) right.push_back(changes.row(e));
         add_product(inverse.data(), b, right.data(), x, products);
     }
     if (b.first >= 0) add_product(inverse.data(), b, elements.data() + b.first, x, products);
-    slopes = sum(size, products);
+    sum(size, products, slopes);
     return true;
 }
 
@@ -68,7 +68,7 @@ bool by_formula(std::string_view kernel, const std::vector<RuleOperand>& operand
     std::vector<ProductOfSlopes> products;
     if (A.first >= 0) add_product(A, elements.data() + A.first, B.data, y, products);
     if (B.first >= 0) add_product(A.data, B, elements.data() + B.first, y, products);
-    slopes = sum(static_cast<std::size_t>(y.rows * y.cols), products);
+    sum(static_cast<std::size_t>(y.rows * y.cols), products, slopes);
     return true;
 }
 

@@ -1,8 +1,8 @@
 #include "bf/analysis/linearize.hpp"
 
 #include "bf/analysis/response.hpp"
-#include "bf/core/registry.hpp"
 #include "bf/program/program.hpp"
+#include "channel.hpp"
 #include "differential.hpp"
 #include "look.hpp"
 #include "named.hpp"
@@ -23,20 +23,18 @@ namespace bf::analysis {
 
 namespace {
 
-/// Elements of a signal or state that are inputs, outputs or states of the linear system.
-struct Channel {
-    Node::End end;
-    std::vector<int> elements;
-    std::string name = {}; ///< as the signal was asked for
-};
-
 class Linearization {
   public:
     Linearization(Simulation& run, const LinearizeOptions& options)
-        : run_(run), d_(run.diagram()), context_(run.context()), options_(options), finder_(d_) {
-        from_ = channels(options.from, d_.inputs, "input", "--from");
-        to_ = channels(options.to, d_.outputs, "output", "--to");
-        for (const auto& path : options.open) open_.push_back(find(path));
+        : run_(run), d_(run.diagram()), context_(run.context()), options_(options) {
+        const ChannelFinder finder(d_);
+        from_ = finder.find(options.from);
+        to_ = finder.find(options.to);
+        open_ = finder.find(options.open);
+        if (!options.at_once) {
+            if (from_.empty()) from_ = finder.of_root(d_.inputs, "input", "--from");
+            if (to_.empty()) to_ = finder.of_root(d_.outputs, "output", "--to");
+        }
         for (const auto* channels : {&from_, &open_})
             for (const auto& channel : *channels)
                 if (is_state(slot(channel.end).role))
@@ -47,18 +45,19 @@ class Linearization {
         if (leaves_states_out_) find_between();
         for (int n = 0; n < static_cast<int>(d_.nodes.size()); ++n)
             for (int s = 0; is_between(n) && s < static_cast<int>(slots(n).size()); ++s)
-                if (is_state(slot({n, s}).role) && is_real({n, s})) every_state_.push_back(whole({n, s}));
-        if (!leaves_states_out_) states_ = every_state_;
+                if (is_state(slot({n, s}).role) && is_real({n, s})) every_state_.push_back(whole(d_, {n, s}));
+        for (int n = 0; n < static_cast<int>(d_.nodes.size()); ++n)
+            runs_.push_back(rate(n).trigger == 0 && is_between(n));
     }
 
     /// Is a signal that is input, output and cut held by that alone? Known with the system.
     bool holds_a_loop() const { return holds_a_loop_; }
     LinearSystem operator()() {
-        system_.time = run_.time();
+        begin();
         // By inputs first: until one is seen to move some of them, states need no seeds.
-        by_inputs_ = pass(false);
+        pass(by_inputs_, false);
         if (leaves_states_out_) add_driven(advanced(*by_inputs_, every_state_));
-        by_states_ = pass(true);
+        pass(by_states_, true);
         const int all = size(states_);
         Matrix y(size(to_), all + size(from_)), next(all, all + size(from_));
         y.leftCols(all) = outputs(*by_states_);
@@ -88,9 +87,7 @@ class Linearization {
     const SampleRate& rate(int node) const {
         return d_.rates[static_cast<std::size_t>(d_.nodes[static_cast<std::size_t>(node)].rate)];
     }
-    bool is_real(const Node::End& end) const {
-        return slot(end).type == Type::float64 || slot(end).type == Type::float32;
-    }
+    bool is_real(const Node::End& end) const { return analysis::is_real(slot(end).type); }
     const std::string& path(int node) const { return d_.nodes[static_cast<std::size_t>(node)].path; }
     bool keeps_all() const { return options_.all_states || options_.at_once; }
     static int size(const std::vector<Channel>& channels) {
@@ -104,80 +101,38 @@ class Linearization {
         return all;
     }
 
-    // ---- names
-
-    Channel whole(const Node::End& end) const {
-        Channel channel{end, std::vector<int>(static_cast<std::size_t>(slot(end).size.count()))};
-        std::iota(channel.elements.begin(), channel.elements.end(), 0);
-        return channel;
-    }
-
-    Channel find(const std::string& name) const {
-        const auto its = named(name, [&](const std::string& path) {
-            const auto signal = finder_.find(path);
-            return signal.node >= 0 ? signal : find_state(d_, path);
-        });
-        if (its.end.node < 0) {
-            std::vector<std::string> names;
-            for (const auto& one : finder_.all()) names.push_back(one.path);
-            for (const auto& node : d_.nodes) names.push_back(node.path);
-            for (const auto& state : states_) names.push_back(d_.end_path(state.end));
-            throw RunError("the model has no signal or state '" + its.path + "'" +
-                           did_you_mean(its.path, names));
-        }
-        if (!is_real(its.end))
-            throw RunError("'" + its.path + "' is of type " + bf::name(slot(its.end).type) +
-                           ", which does not change by little; choose a signal of real numbers");
-        const auto found = elements(d_, its);
-        if (its.element.empty() || !found.empty()) return {its.end, found, its.path};
-        const int count = slot(its.end).size.count();
-        if (count == 1) throw RunError("'" + its.path + "' has a single element, and not " + its.element);
-        std::string known;
-        for (int i = 0; i < std::min(count, 6); ++i) known += (i ? ", " : "") + d_.element_text(its.end, i);
-        throw RunError("'" + its.path + "' has no element " + its.element + "; it has " +
-                       std::to_string(count) + ": " + known + (count > 6 ? ", ..." : ""));
-    }
-
-    std::vector<Channel> channels(const std::vector<std::string>& names,
-                                  const std::vector<SignalName>& otherwise, const std::string& what,
-                                  const std::string& option) const {
-        std::vector<Channel> found;
-        for (const auto& name : names) found.push_back(find(name));
-        if (names.empty() && !options_.at_once)
-            for (const auto& port : otherwise)
-                if (is_real(port.end)) {
-                    found.push_back(whole(port.end));
-                    found.back().name = port.path;
-                }
-        if (found.empty() && !options_.at_once)
-            throw RunError("the model has no " + what +
-                           " at its root that is a real number; name signals with " + option);
-        return found;
-    }
-
-    std::string name(const Channel& channel, int element) const {
-        const auto& end = channel.end;
-        const std::string text = channel.name.empty() ? d_.end_path(end) : channel.name;
-        return slot(end).size.count() == 1 ? text : text + d_.element_text(end, element);
-    }
-
     // ---- seeds and results
 
-    /// By the states that count, or by the inputs.
-    std::unique_ptr<Differential> pass(bool by_states) {
-        auto made =
-            std::make_unique<Differential>(run_, size(by_states ? states_ : from_), options_.by_differences);
-        if (by_states && states_.empty()) return made;
+    /// All that belongs to a point.
+    void begin() {
+        system_ = {};
+        system_.time = run_.time();
+        states_.clear();
+        if (!leaves_states_out_) states_ = every_state_;
+        flows_.clear();
+        for (auto* nodes : {&differenced_, &kinks_, &on_path_, &sampled_}) nodes->clear();
+        kept_.clear();
+        has_continuous_ = has_memory_ = holds_a_loop_ = false;
+    }
+
+    /// By the states that count, or by the inputs. What was made at another point keeps its memory.
+    void pass(std::unique_ptr<Differential>& made, bool by_states) {
+        const int seeds = size(by_states ? states_ : from_);
+        if (made && made->seeds() == seeds) {
+            made->begin();
+        } else {
+            made = std::make_unique<Differential>(run_, seeds, options_.by_differences);
+            if (seeds > 0) add_inputs(*made, by_states ? -1 : 0);
+        }
+        if (by_states && states_.empty()) return;
         if (by_states) seed_states(*made);
-        add_inputs(*made, by_states ? -1 : 0);
-        const auto every = [this](int node) { return rate(node).trigger == 0 && is_between(node); };
+        const auto every = [this](int node) { return runs_[static_cast<std::size_t>(node)] != 0; };
         made->outputs(every);
         made->updates(every);
         made->derivatives(every);
-        flows_.insert(made->flows().begin(), made->flows().end());
+        flows_.insert(flows_.end(), made->flows().begin(), made->flows().end());
         differenced_.insert(made->differenced().begin(), made->differenced().end());
         kinks_.insert(made->kinks().begin(), made->kinks().end());
-        return made;
     }
 
     /// States that inputs move, and those to which wires lead from them: no others are on a path.
@@ -582,7 +537,7 @@ class Linearization {
             int i = 0;
             for (const auto& channel : channels)
                 for (const int e : channel.elements) {
-                    names.push_back(name(channel, e));
+                    names.push_back(name(d_, channel, e));
                     if (units)
                         units->push_back(slot(channel.end).unit.text == any_unit.text
                                              ? std::string()
@@ -642,13 +597,13 @@ class Linearization {
     Simulation& run_;
     const Diagram& d_;
     Context& context_;
-    const LinearizeOptions& options_;
-    const SignalFinder finder_;
+    const LinearizeOptions options_;
     std::vector<Channel> from_, to_, open_;
-    std::vector<Channel> every_state_, states_; ///< between, and of these the ones that count
+    std::vector<Channel> every_state_, states_; ///< between, and of these the ones that count here
+    std::vector<char> runs_;                    ///< by node: at its rate, and between
     bool leaves_states_out_ = false;
     std::unique_ptr<Differential> by_inputs_, by_states_;
-    std::set<std::tuple<int, int, int>> flows_; ///< in both, as the next ones
+    std::vector<std::tuple<int, int, int>> flows_; ///< in both, as the next ones
     std::set<int> differenced_, kinks_;
     std::vector<std::vector<std::pair<int, int>>> readers_; ///< by node: slot, reader
     std::optional<std::set<int>> between_;                  ///< nodes; none: all of them
@@ -661,23 +616,47 @@ class Linearization {
 
 } // namespace
 
-LinearSystem linearize(Simulation& run, const LinearizeOptions& options) {
+struct Linearizer::Content {
+    Content(Simulation& r, LinearizeOptions o) : run(r), options(std::move(o)), as_asked(run, options) {}
+
+    Simulation& run;
+    const LinearizeOptions options;
+    Linearization as_asked;
+    std::optional<Linearization> uncut; ///< where a signal that is cut is input and output
+    std::vector<std::byte> saved;
+};
+
+Linearizer::Linearizer(Simulation& run, LinearizeOptions options)
+    : content_(std::make_unique<Content>(run, std::move(options))) {}
+Linearizer::~Linearizer() = default;
+Linearizer::Linearizer(Linearizer&&) noexcept = default;
+Linearizer& Linearizer::operator=(Linearizer&&) noexcept = default;
+const LinearizeOptions& Linearizer::options() const { return content_->options; }
+
+LinearSystem Linearizer::operator()() {
+    auto& [run, options, as_asked, uncut, saved] = *content_;
     LinearSystem system;
     const Status status = step_with(run, [&] {
         // Differences write over what outputs and states were.
-        std::vector<std::byte> saved(run.context().snapshot_size());
+        saved.resize(run.context().snapshot_size());
         run.context().save(saved.data());
-        Linearization as_asked(run, options);
         system = as_asked();
         run.context().restore(saved.data());
         if (!as_asked.holds_a_loop()) return;
-        auto uncut = options;
-        for (const auto& name : options.from) std::erase(uncut.open, name);
-        system.is_stable_uncut = is_stable(Linearization(run, uncut)());
+        if (!uncut) {
+            auto closed = options;
+            for (const auto& name : options.from) std::erase(closed.open, name);
+            uncut.emplace(run, closed);
+        }
+        system.is_stable_uncut = is_stable((*uncut)());
         run.context().restore(saved.data());
     });
     if (!status) throw RunError(run.failure());
     return system;
+}
+
+LinearSystem linearize(Simulation& run, const LinearizeOptions& options) {
+    return Linearizer(run, options)();
 }
 
 LinearSystem linearize(const Diagram& diagram, const LinearizeOptions& options, double time) {

@@ -21,9 +21,9 @@ bool is_zero_block(const double* values) {
 }
 
 /// Whole blocks of numbers, of which x - x is 0 if they are all finite.
-bool are_finite(const double* numbers, Eigen::Index count) {
+bool are_finite(const double* numbers, std::size_t count) {
     Block differences = {};
-    for (Eigen::Index i = 0; i < count; i += block) {
+    for (std::size_t i = 0; i < count; i += block) {
         const Block numbers_of_it = *reinterpret_cast<const Block*>(numbers + i);
         differences += numbers_of_it - numbers_of_it;
     }
@@ -34,21 +34,21 @@ bool are_finite(const double* numbers, Eigen::Index count) {
 
 bool Slopes::is_finite() const {
     static const auto widest = kernels::Widest<&are_finite>::get();
-    return widest(values_.data(), values_.size());
+    return widest(values_.data(), size_);
 }
 
 void Slopes::clear() {
     spans_.clear();
-    values_.resize(0);
+    size_ = 0;
 }
 
 void Slopes::reserve() {
-    Eigen::Index size = 0;
+    size_ = 0;
     for (auto& its : spans_) {
-        its.at = size;
-        size += its.end - its.first;
+        its.at = size_;
+        size_ += static_cast<std::size_t>(its.end - its.first);
     }
-    values_.resize(size);
+    if (values_.size() < size_) values_.resize(size_);
 }
 
 void Slopes::trim() {
@@ -58,7 +58,8 @@ void Slopes::trim() {
             its.first += block;
             its.at += block;
         }
-        while (its.first < its.end && is_zero_block(values_.data() + its.at + its.end - its.first - block))
+        while (its.first < its.end &&
+               is_zero_block(values_.data() + its.at + static_cast<std::size_t>(its.end - its.first) - block))
             its.end -= block;
         moves |= its.first < its.end;
     }
@@ -76,10 +77,10 @@ void Slopes::assign(const Eigen::Ref<const Matrix>& some, const std::vector<int>
     const int first = begin_of(seeds.front()), end = end_of(seeds.back());
     spans_.assign(static_cast<std::size_t>(some.rows()), {.first = first, .end = end});
     reserve();
-    values_.setZero();
+    std::fill_n(values_.begin(), size_, 0.0);
     for (Eigen::Index c = 0; c < some.cols(); ++c) {
-        const Eigen::Index at = seeds[static_cast<std::size_t>(c)] - first;
-        for (Eigen::Index e = 0; e < some.rows(); ++e) values_[at + e * (end - first)] = some(e, c);
+        double* to = values_.data() + seeds[static_cast<std::size_t>(c)] - first;
+        for (Eigen::Index e = 0; e < some.rows(); ++e, to += end - first) *to = some(e, c);
     }
     trim();
 }
@@ -179,9 +180,8 @@ void add(const Multiplication& m) {
 
 } // namespace
 
-Slopes sum(std::size_t results, const std::vector<ProductOfSlopes>& products) {
-    Slopes all;
-    all.spans_.resize(results);
+void sum(std::size_t results, const std::vector<ProductOfSlopes>& products, Slopes& all) {
+    all.spans_.assign(results, {});
     const auto widen = [](auto& span, int first, int end) {
         if (first == end) return;
         span.first = span.first == span.end ? first : std::min(span.first, first);
@@ -203,7 +203,7 @@ Slopes sum(std::size_t results, const std::vector<ProductOfSlopes>& products) {
             widen(result(products[p], r), hulls[p].first, hulls[p].end);
     }
     all.reserve();
-    all.values_.setZero();
+    std::fill_n(all.values_.begin(), all.size_, 0.0);
     std::vector<double> slopes, coefficients;
     std::vector<double*> to;
     std::vector<int> moving;
@@ -231,19 +231,17 @@ Slopes sum(std::size_t results, const std::vector<ProductOfSlopes>& products) {
                 coefficients.push_back(
                     product.coefficients[r * product.rows_apart + e * product.columns_apart]);
             const auto& its = result(product, r);
-            to.push_back(all.values_.data() + its.at + first - its.first);
+            to.push_back(all.values_.data() + its.at + static_cast<std::size_t>(first - its.first));
         }
         widest({coefficients.data(), slopes.data(), product.to.count, static_cast<int>(moving.size()),
                 static_cast<int>(width), to.data()});
     }
     all.trim();
-    return all;
 }
 
-Slopes LocalJacobian::times(const std::vector<SlopeRow>& elements, std::size_t first,
-                            std::size_t count) const {
-    Slopes result;
-    result.spans_.resize(count);
+void LocalJacobian::times(const std::vector<SlopeRow>& elements, std::size_t first, std::size_t count,
+                          Slopes& result) const {
+    result.spans_.assign(count, {});
     const auto of = [&](std::size_t r) {
         const std::size_t begin = first + r > 0 ? ends_[first + r - 1] : 0;
         return std::span(entries_).subspan(begin, ends_[first + r] - begin);
@@ -261,7 +259,7 @@ Slopes LocalJacobian::times(const std::vector<SlopeRow>& elements, std::size_t f
     for (std::size_t r = 0; r < count; ++r) {
         const auto& its = result.spans_[r];
         double* const to = result.values_.data() + its.at;
-        bool is_first = true;
+        bool is_first = true; // nothing is there yet
         for (const auto& [element, slope] : of(r)) {
             const auto& row = elements[static_cast<std::size_t>(element)];
             if (is_first && (row.first != its.first || row.end != its.end || !std::isfinite(slope)))
@@ -285,7 +283,6 @@ Slopes LocalJacobian::times(const std::vector<SlopeRow>& elements, std::size_t f
         }
     }
     result.trim();
-    return result;
 }
 
 } // namespace bf::analysis

@@ -23,9 +23,9 @@ struct ProductOfSlopes;
 /// has many seeds, most of it hangs on few of them, and so do single elements of a matrix.
 class Slopes {
   public:
-    bool is_zero() const { return values_.size() == 0; }
+    bool is_zero() const { return size_ == 0; }
     bool is_finite() const;
-    void clear();
+    void clear(); ///< keeps the memory, as all that is computed anew does
     /// Elements × all columns, or those of these seeds, which ascend.
     void assign(const Matrix& all);
     void assign(const Eigen::Ref<const Matrix>& some, const std::vector<int>& seeds);
@@ -39,32 +39,33 @@ class Slopes {
 
   private:
     friend class LocalJacobian;
-    friend Slopes sum(std::size_t results, const std::vector<ProductOfSlopes>& products);
+    friend void sum(std::size_t results, const std::vector<ProductOfSlopes>& products, Slopes& to);
     struct Span {
         int first = 0, end = 0;
-        Eigen::Index at = 0;
+        std::size_t at = 0;
     };
-    void reserve(); ///< numbers of all spans
+    void reserve(); ///< numbers of all spans, of any value
     void trim();    ///< blocks of zeros at both ends of each span
 
-    std::vector<Span> spans_; ///< by element
-    Vector values_;           ///< none: it does not move
+    std::vector<Span> spans_;    ///< by element
+    std::vector<double> values_; ///< the first `size_` of them
+    std::size_t size_ = 0;       ///< 0: it does not move
 };
 
 /// Derivatives of results by the elements from which an activity computes them, at one operating point: of
 /// each result those that are not 0.
 class LocalJacobian {
   public:
-    void reserve(std::size_t rows, std::size_t entries) {
-        ends_.reserve(rows);
-        entries_.reserve(entries);
+    void clear() {
+        ends_.clear();
+        entries_.clear();
     }
     void add(int element, double slope) {
         if (slope != 0) entries_.push_back({element, slope});
     }
     void end_row() { ends_.push_back(entries_.size()); }
     /// The chain rule: of `count` results from that one on.
-    Slopes times(const std::vector<SlopeRow>& elements, std::size_t first, std::size_t count) const;
+    void times(const std::vector<SlopeRow>& elements, std::size_t first, std::size_t count, Slopes& to) const;
 
   private:
     struct Entry {
@@ -88,6 +89,6 @@ struct ProductOfSlopes {
     Line from; ///< which of them
     Line to;   ///< which results
 };
-Slopes sum(std::size_t results, const std::vector<ProductOfSlopes>& products);
+void sum(std::size_t results, const std::vector<ProductOfSlopes>& products, Slopes& to);
 
 } // namespace bf::analysis

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 #include <numbers>
+#include <set>
 
 namespace bf::analysis::test {
 
@@ -468,6 +469,68 @@ TEST(Linearize, GoesOnFromARunAndLeavesItWhereItWas) {
     a.simulation->restore(before);
     for (int k = 0; k < 50; ++k) ASSERT_TRUE(a.simulation->step() && b.simulation->step());
     EXPECT_EQ(a.simulation->snapshot(), b.simulation->snapshot());
+}
+
+TEST(Linearize, OneLinearizerFindsAtEachPointWhatANewOneFinds) {
+    // Which states are on a path, what is held, and where corners are, changes from point to point.
+    const Session session(R"m(
+model: m
+step: 0.1
+inputs: [u]
+outputs: [y]
+blocks:
+  f: {block: Fcn, expression: "u^2"}
+  limited: {block: Saturate, lower: -1, upper: 1}
+  past: {block: UnitDelay, initial: 0.3}
+  slow: {block: UnitDelay, initial: 0.2}
+  product: {block: Product, operations: "**"}
+  sum: {block: Sum, signs: ++}
+  on:
+    execution: enabled
+    inputs: [a]
+    outputs: [b]
+    blocks: {g: {block: Gain, K: 3}}
+    connections: {a: g, g: b}
+  total: {block: Sum, signs: ++}
+connections:
+  u: [f, on.a, on.enable]
+  f: limited
+  limited: [past, sum.u1]
+  past: [slow, product.u1]
+  slow: product.u2
+  product: sum.u2
+  sum: total.u1
+  on.b: total.u2
+  total: y
+)m");
+    Simulation run(session.diagram);
+    run.start();
+    const LinearizeOptions options;
+    Linearizer kept(run, options);
+    auto* u = static_cast<double*>(
+        run.context().data(session.diagram.inputs[0].end.node, session.diagram.inputs[0].end.slot));
+    std::set<Eigen::Index> states;
+    for (const double value : {0.5, 2.0, 1.0, -0.7, -3.0, 0.1, 0.0, 0.9}) {
+        *u = value;
+        const auto here = run.snapshot();
+        const auto expected = linearize(run, options);
+        run.restore(here);
+        *u = value;
+        const auto found = kept();
+        EXPECT_EQ(found.A, expected.A) << value;
+        EXPECT_EQ(found.B, expected.B) << value;
+        EXPECT_EQ(found.C, expected.C) << value;
+        EXPECT_EQ(found.D, expected.D) << value;
+        EXPECT_EQ(found.states, expected.states) << value;
+        EXPECT_EQ(found.x, expected.x) << value;
+        EXPECT_EQ(found.y, expected.y) << value;
+        EXPECT_EQ(found.time, expected.time) << value;
+        EXPECT_EQ(found.held, expected.held) << value;
+        EXPECT_EQ(found.kinks, expected.kinks) << value;
+        EXPECT_EQ(found.inputs, expected.inputs) << value;
+        states.insert(found.A.rows());
+    }
+    EXPECT_GT(states.size(), 1u);
 }
 
 TEST(Linearize, RefusesWhatItCannotWithItsPlaceAndRemedy) {

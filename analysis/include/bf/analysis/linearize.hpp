@@ -4,6 +4,7 @@
 #include "bf/analysis/linear_system.hpp"
 #include "bf/engine/simulation.hpp"
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,8 @@ struct LinearizeOptions {
     /// those that are named.
     bool at_once = false;
     bool by_differences = false; ///< of every block: to compare with the exact derivatives
+
+    bool operator==(const LinearizeOptions&) const = default;
 };
 
 /// Linearises at the present states of a started run and the outputs that follow from them, which takes one
@@ -45,6 +48,24 @@ struct LinearizeOptions {
 /// real numbers, derivatives that are not finite, loops that are singular or iterate, states that are counted
 /// from step to step.
 LinearSystem linearize(Simulation& run, const LinearizeOptions& options);
+
+/// The same at many points of a run: names are looked up once, and memory is kept. The run outlives it.
+class Linearizer {
+  public:
+    /// Throws RunError for unknown names and signals that are no real numbers.
+    Linearizer(Simulation& run, LinearizeOptions options);
+    ~Linearizer();
+    Linearizer(Linearizer&&) noexcept;
+    Linearizer& operator=(Linearizer&&) noexcept;
+
+    const LinearizeOptions& options() const;
+    /// As `linearize`, at the present states.
+    LinearSystem operator()();
+
+  private:
+    struct Content;
+    std::unique_ptr<Content> content_;
+};
 
 /// Starts a run of the diagram, lets it run to that time [s], and linearises there.
 LinearSystem linearize(const Diagram& diagram, const LinearizeOptions& options, double time = 0);

@@ -4,6 +4,7 @@
 #include "bf/analysis/gradient.hpp"
 #include "bf/analysis/linearize.hpp"
 #include "bf/analysis/trim.hpp"
+#include "bf/base/numbers.hpp"
 #include "bf/core/registry.hpp"
 #include "bf/run/comparison.hpp"
 #include "bf/run/snapshot.hpp"
@@ -188,7 +189,13 @@ std::int64_t last_step(const PythonRun& self, std::optional<double> duration, st
         raise("RunError", self.run.name() +
                               " does not say when it ends: give a duration, run(10), or write "
                               "'stop: SECONDS' in the model");
-    return std::isinf(end) ? std::numeric_limits<std::int64_t>::max() : self.run.steps_before(end);
+    if (std::isinf(end)) return std::numeric_limits<std::int64_t>::max();
+    const std::int64_t last = self.run.steps_before(end);
+    if (time && last < self.run.steps())
+        raise("RunError", "a run does not go back: it is at " + number_text(self.run.time()) +
+                              " s, after the " + number_text(end) +
+                              " s to which it should go; restore a snapshot from before, or start it anew");
+    return last;
 }
 
 bool run(PythonRun& self, std::optional<double> duration, std::optional<double> time,

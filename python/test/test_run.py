@@ -342,6 +342,17 @@ def test_a_function_ends_a_run_where_a_text_does(oscillator):
             oscillator.simulate().run(**how, until=lambda of: False)
 
 
+def test_a_run_does_not_go_back_in_time(oscillator):
+    sim = oscillator.simulate()
+    sim.run(0.5)
+    text = "a run does not go back: it is at 0.5 s, after the 0.2 s to which it should go; restore a snapshot"
+    for until in (None, "position > 1e9", lambda of: False):
+        with pytest.raises(bf.RunError, match=text):
+            sim.run(to=0.2, until=until)
+    assert not sim.run(to=sim.time)
+    assert sim.time == pytest.approx(0.5)
+
+
 def test_what_is_no_name_and_no_number_is_refused_as_such(oscillator):
     sim = oscillator.simulate()
     for ask in (lambda: sim.record(3), lambda: oscillator.linearize(3), lambda: sim.trim(["position", 3])):

@@ -288,8 +288,11 @@ nb::dict checks(const PythonRun& self) {
 
 } // namespace
 
-void Pending::keep(nb::python_error& error) noexcept {
-    if (!error_.is_valid()) error_ = nb::borrow(error.value());
+void Pending::keep(nb::python_error& error, bool is_of_block) noexcept {
+    if (!error_.is_valid()) {
+        error_ = nb::borrow(error.value());
+        is_of_block_ = is_of_block;
+    }
     is_there_ = true;
 }
 nb::object Pending::take() noexcept {
@@ -301,6 +304,12 @@ void Pending::raise() {
     const nb::object error = take();
     PyErr_SetObject(error.type().ptr(), error.ptr());
     throw nb::python_error();
+}
+void Pending::raise_unless_of_block() {
+    if (is_there_ && is_of_block_ && PyObject_IsInstance(error_.ptr(), PyExc_Exception) == 1)
+        take();
+    else // as Ctrl-C in a block
+        raise();
 }
 
 InUse::InUse(PythonRun& run) : run_(run), around_(stepping) {
@@ -316,7 +325,7 @@ InUse::~InUse() {
 }
 
 void keep_cause(nb::python_error& error) noexcept {
-    if (stepping) stepping->keep(error);
+    if (stepping) stepping->keep(error, true);
 }
 
 PythonRun::PythonRun(std::shared_ptr<PythonModel> of)
@@ -420,7 +429,7 @@ void bind_simulation(nb::module_& m) {
                     }
                     self.run.restore(here);
                 }
-                self.pending.raise();
+                self.pending.raise_unless_of_block();
                 return found;
             },
             nb::arg("options"))

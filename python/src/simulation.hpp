@@ -12,12 +12,16 @@ class Pending {
   public:
     bool is_there() const noexcept { return is_there_; }
     /// The GIL is held, as in the next ones.
-    void keep(nb::python_error& error) noexcept;
+    void keep(nb::python_error& error, bool is_of_block = false) noexcept;
     nb::object take() noexcept;
     void raise(); ///< throws it, if it is there
+    /// The same after an analysis that went well: where a block raises beside the operating point, its slope
+    /// is that of the other side.
+    void raise_unless_of_block();
 
   private:
     nb::object error_;
+    bool is_of_block_ = false;
     std::atomic<bool> is_there_ = false;
 };
 

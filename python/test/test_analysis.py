@@ -241,6 +241,31 @@ def test_a_block_that_raises_in_an_analysis_does_not_end_the_run():
         assert sim["b"] == 2
 
 
+def test_a_block_that_raises_beside_the_operating_point_has_the_slope_of_the_other_side_or_is_named():
+    allowed = lambda u: True  # noqa: E731
+
+    class Limited(bf.Block):
+        u = bf.Input(())
+        y = bf.Output(())
+
+        def output(self, at, out):
+            if not allowed(at.u):
+                raise ValueError(f"{float(at.u) - 2:.0e} more than 2")
+            out.y = 3 * at.u
+
+    m = bf.Model("m").add("c", "Constant", value=2.0).add("b", "python/Limited").connect("c", "b").set("", step=0.1)
+    model = bf.load(m, blocks=[Limited])
+    sim = model.simulate()
+    allowed = lambda u: u <= 2  # noqa: E731
+    for of in (model, sim):
+        assert of.linearize("c", "b").D == pytest.approx(np.array([[3.0]]))
+    allowed = lambda u: u == 2  # noqa: E731
+    for of in (model, sim):
+        with pytest.raises(bf.RunError, match=r"b: it fails beside this operating point \(ValueError: .* more than 2\)"):
+            of.linearize("c", "b")
+    sim.step()
+
+
 def test_what_a_chart_remembers_is_gone_through_both_ways(write):
     chart = """
 model: remembers

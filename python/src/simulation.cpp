@@ -359,6 +359,7 @@ void bind_simulation(nb::module_& m) {
             [](PythonRun& self) {
                 const InUse use(self);
                 const WithoutGil parallel;
+                self.linearizer.reset();
                 self.run.start();
                 self.is_started = true;
             },
@@ -422,7 +423,9 @@ void bind_simulation(nb::module_& m) {
                 {
                     const WithoutGil parallel;
                     try {
-                        found = analysis::linearize(self.run, options);
+                        if (!self.linearizer || self.linearizer->options() != options)
+                            self.linearizer.emplace(self.run, options);
+                        found = (*self.linearizer)();
                     } catch (...) {
                         self.run.restore(here);
                         throw;

@@ -1,8 +1,10 @@
 // A run in Python, with all that lives as long as it.
 #pragma once
 
+#include "bf/analysis/linearize.hpp"
 #include "native.hpp"
 
+#include <optional>
 #include <unordered_map>
 
 namespace bf::python {
@@ -34,6 +36,7 @@ struct PythonRun {
 
     std::shared_ptr<PythonModel> model;
     Simulation run;
+    std::optional<analysis::Linearizer> linearizer; ///< the last one, for the next point
     std::vector<Quantity> signals, inputs, parameters;
     std::unordered_map<std::string, std::size_t> signal_numbers;
     std::vector<std::unique_ptr<Run::Observer>> observers;

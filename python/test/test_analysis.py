@@ -266,6 +266,19 @@ def test_a_block_that_raises_beside_the_operating_point_has_the_slope_of_the_oth
     sim.step()
 
 
+def test_a_run_is_linearised_at_point_after_point_as_the_model_is_at_each(oscillator):
+    sim = oscillator.simulate()
+    for time in (0, 0.5, 1):
+        sim.run(to=time)
+        for to in ("position", "velocity"):
+            here, there = sim.linearize("force", to), oscillator.linearize("force", to, at=time)
+            for matrix in "ABCDx":
+                np.testing.assert_array_equal(getattr(here, matrix), getattr(there, matrix))
+            assert here.outputs == there.outputs
+    sim.start()
+    assert sim.linearize("force", "position").time == 0
+
+
 def test_what_a_chart_remembers_is_gone_through_both_ways(write):
     chart = """
 model: remembers

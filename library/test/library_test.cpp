@@ -8,10 +8,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
+#include <unistd.h>
+#include <utility>
 
 namespace bf {
 namespace {
@@ -99,6 +102,20 @@ TEST_F(Load, AnEditedModelStandsForItsFileWhichIsLeftAlone) {
     EXPECT_EQ(last_x(load(model, file)), 5);
     EXPECT_EQ(last_x(load(model, file, {{"v", "7"}})), 7);
     EXPECT_EQ(text_of(file), text);
+}
+
+TEST_F(Load, AModelThatIsThereBringsTheModelsItRefersToWhereverTheyStand) {
+    const std::string half = "inputs: [u]\noutputs: [y]\nblocks: {k: {block: Gain, K: 0.5}}\n"
+                             "connections: {u: k, k: y}\n";
+    write("part.yaml", "model: part\n" + half);
+    const fs::path file =
+        write("m.yaml", "model: m\nstep: 1\nstop: 1\noutputs: [x]\nblocks:\n  one: {block: Constant}\n"
+                        "  first: {file: part.yaml}\n  inside: {inputs: [u], outputs: [y], blocks: {again: "
+                        "{file: part.yaml}}, connections: {u: again.u, again: y}}\n"
+                        "connections: {one: first.u, first: inside.u, inside: x}\n");
+    const model::Model model = formats::read_yaml(file);
+    fs::remove(folder_ / "part.yaml");
+    EXPECT_EQ(last_x(load(model, file)), 0.25);
 }
 
 TEST_F(Load, WhatARecordingHoldsNeedsNoFiles) {
@@ -191,6 +208,27 @@ TEST_F(Sweeps, OfModelsThatFailHaveAnError) {
     EXPECT_EQ(rows[1]->failed_at, 2);
     EXPECT_NE(rows[2]->error.find("unknown variable or function 'nothing'"), std::string::npos);
     EXPECT_LT(rows[2]->failed_at, 0);
+}
+
+/// Kills the processes that this one has started.
+void kill_children() {
+    const std::string own = std::to_string(::getpid());
+    std::ifstream children("/proc/self/task/" + own + "/children");
+    for (pid_t child; children >> child;) ::kill(child, SIGKILL);
+}
+
+TEST_F(Sweeps, OfRunsThatCrashHaveTheReasonAndGoOn) {
+    bool has_killed = false;
+    const auto rows =
+        sweep({.file = write("m.yaml", decay), .points = {.axes = {{"stop", {"1e9", "1"}}}}, .jobs = 1},
+              [&](std::size_t) {
+                  if (!std::exchange(has_killed, true)) kill_children();
+                  return true;
+              });
+    ASSERT_EQ(rows.size(), 2u);
+    ASSERT_TRUE(rows[0] && rows[1]);
+    EXPECT_EQ(rows[0]->error, "the run crashed: Killed");
+    EXPECT_EQ(rows[1]->error, "");
 }
 
 TEST_F(Sweeps, EndWhereTheCallerSaysSo) {

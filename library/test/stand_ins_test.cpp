@@ -56,6 +56,16 @@ class Past final : public Block {
     Status update(Now, Next) const noexcept override { return ok; }
 };
 
+/// As many outputs as its argument says.
+class Taps final : public Block {
+  public:
+    using Block::Block;
+    Argument<int> count{this, "count", {.initial = 1, .minimum = 1, .doc = "of taps"}};
+    Dim n{this, "n", [this] { return *count; }};
+    Output<Vector> y{this, "y", {.shape = {n}, .doc = "of each tap"}};
+    Status output(Now, Out) const noexcept override { return ok; }
+};
+
 class StandIns : public ::testing::Test {
   protected:
     StandIns() {
@@ -75,7 +85,8 @@ class StandIns : public ::testing::Test {
         library.group("arms")
             .add<Arm>("Arm", "An arm.")
             .add<Encoders>("Encoders", "Angles.")
-            .add<Past>("Past", "What was.");
+            .add<Past>("Past", "What was.")
+            .add<Taps>("Taps", "Several.");
         model.registry->add(library);
         model.diagram =
             elaborate(formats::read_yaml(file, model.source.texts), *model.registry, {{}, folder_.string()});
@@ -173,6 +184,15 @@ TEST_F(StandIns, ABlockOfOtherArgumentsIsRefusedByItsPath) {
     EXPECT_EQ(
         found.diagnostics[0].message,
         "the plugin of this block is not here, and nothing says what the block is with these arguments");
+}
+
+TEST_F(StandIns, NumbersOfArgumentsTellBlocksApart) {
+    const LoadedModel model = loaded(R"(model: m
+plugins: [Arms]
+step: 0.01
+blocks: {two: {block: Arms/Taps, count: 2}, three: {block: Arms/Taps, count: 3}}
+)");
+    EXPECT_EQ(block_that_differs(model, declared(model)), "");
 }
 
 TEST_F(StandIns, WhatNeitherArgumentsNorWiresTellApartIsNamed) {

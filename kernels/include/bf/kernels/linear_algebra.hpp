@@ -2,6 +2,7 @@
 
 #include "bf/kernels/matrix.hpp"
 
+#include <cstdint>
 #include <limits>
 
 /// Inverses and linear equations. Every kernel returns false when its matrix is singular (to working
@@ -18,12 +19,6 @@ template <class A> constexpr void swap_rows(const A& a, int p, int q) noexcept {
         a(p, j) = a(q, j);
         a(q, j) = held;
     }
-}
-
-/// y = uᵀ for u of rows × cols.
-template <class T> constexpr void transpose(T* y, const T* u, int rows, int cols) noexcept {
-    for (int j = 0; j < cols; ++j)
-        for (int i = 0; i < rows; ++i) y[j + i * cols] = u[i + j * rows];
 }
 
 /// b = a⁻¹ b by LU with partial pivoting; a becomes its factors.
@@ -55,6 +50,26 @@ template <class A, class B> constexpr bool lu_solve(const A& a, const B& b) noex
     return regular;
 }
 
+/// Are C elements 0, `next` apart? Asked of their bits at once, as comparisons of numbers take longer than
+/// the products that zeros save.
+template <int C, class T> constexpr bool are_zero(const T* x, int next) noexcept {
+    if constexpr (std::is_same_v<T, double> || std::is_same_v<T, float>) {
+        using Bits = std::conditional_t<sizeof(T) == 8, std::uint64_t, std::uint32_t>;
+        Bits any = 0;
+#pragma GCC unroll 4
+        for (int c = 0; c < C; ++c) {
+            Bits bits = 0;
+            std::memcpy(&bits, x + c * next, sizeof bits);
+            any |= bits;
+        }
+        return any << 1 == 0; // but for the sign
+    } else {
+        bool all = true;
+        for (int c = 0; c < C; ++c) all = all && x[c * next] == T(0);
+        return all;
+    }
+}
+
 /// Factors of C columns at `depth` columns before them, b[k step + c next] d[k d_step], without the k where
 /// all C of b are 0: of each k that is left, `live` of them, k itself and its C factors. Matrices of chains
 /// and trees have zeros where one body does not carry another.
@@ -64,15 +79,10 @@ constexpr int pack_factors(T* packed, const T* b, int step, int next, const T* d
     int live = 0;
     for (int k = 0; k < depth; ++k, b += step, d += d_step) {
         T* const entry = packed + live * (C + 1);
-        int zeros = 0;
         entry[0] = static_cast<T>(k);
 #pragma GCC unroll 4
-        for (int c = 0; c < C; ++c) {
-            const T factor = b[c * next];
-            entry[1 + c] = factor * *d;
-            zeros += factor == T(0);
-        }
-        live += zeros != C;
+        for (int c = 0; c < C; ++c) entry[1 + c] = b[c * next] * *d;
+        live += !are_zero<C>(b, next);
     }
     return live;
 }
@@ -154,7 +164,7 @@ constexpr bool factor_columns(T* z, int m, int n, int j, T* packed) noexcept {
             }
         }
     }
-    solve_rows<4, C, most, T>(above, y, -height, last, -height, packed, live, corner);
+    solve_rows<(most > 32 ? 8 : 4), C, most, T>(above, y, -height, last, -height, packed, live, corner);
     return positive;
 }
 
@@ -168,7 +178,7 @@ constexpr void solve_columns(T* z, int m, int n, int j, T* packed) noexcept {
         for (int k = 0; k <= c; ++k) corner[k * C + c] = v[j + k + c * height];
     const T one = 1;
     const int live = pack_factors<C>(packed, v, 1, height, &one, 0, j);
-    solve_rows<4, C, most, T>(m, y, height, z, height, packed, live, corner);
+    solve_rows<(most > 32 ? 8 : 4), C, most, T>(m, y, height, z, height, packed, live, corner);
 }
 
 } // namespace detail
@@ -199,10 +209,10 @@ struct SolveRight {
     constexpr bool operator()(const X& x, const B& b, const A& a, const W& work) const noexcept {
         using T = Element<X>;
         const View<T> lu{work.data, a.rows, a.rows}, z{work.data + a.size(), b.cols, b.rows};
-        detail::transpose<T>(lu.data, a.data, a.rows, a.cols);
-        detail::transpose<T>(z.data, b.data, b.rows, b.cols);
+        detail::transpose(lu.data, a.data, a.rows, a.cols);
+        detail::transpose(z.data, b.data, b.rows, b.cols);
         const bool regular = detail::lu_solve(lu, z);
-        detail::transpose<T>(x.data, z.data, z.rows, z.cols);
+        detail::transpose(x.data, z.data, z.rows, z.cols);
         return regular;
     }
 };
@@ -280,13 +290,13 @@ struct DampedPinv {
         if (wide)
             for (int i = 0; i < a.size(); ++i) z[i] = a[i];
         else
-            detail::transpose<T>(z.data, a.data, a.rows, a.cols);
+            detail::transpose(z.data, a.data, a.rows, a.cols);
         for (int i = 0; i < gram.size(); ++i) gram[i] = 0;
         for (int k = 0; k < m; ++k)
             for (int j = 0; j < n; ++j) detail::add_scaled<T>(gram.data + j * n, z.data + k * n, z(j, k), n);
         for (int i = 0; i < n; ++i) gram(i, i) += static_cast<T>(sigma[0]);
         const bool regular = detail::lu_solve(gram, z);
-        if (wide) detail::transpose<T>(y.data, z.data, n, m);
+        if (wide) detail::transpose(y.data, z.data, n, m);
         return regular;
     }
 };

@@ -4,10 +4,56 @@
 #include "bf/kernels/scalar.hpp"
 #include "bf/kernels/view.hpp"
 
+#ifdef __has_builtin
+#if __has_builtin(__builtin_shufflevector)
+#define BF_HAS_SHUFFLES
+#endif
+#endif
+
 /// Products and patterns of matrices. Outputs share no memory with inputs.
 namespace bf::kernels {
 
 namespace detail {
+
+/// y = uᵀ of 4 × 4 elements; their columns stand y_step and u_step elements apart.
+template <int most, class T>
+constexpr void transpose_tile(T* __restrict y, int y_step, const T* __restrict u, int u_step) noexcept {
+#ifdef BF_HAS_SHUFFLES
+    using Pack = Lanes<T, 4, most>;
+    if constexpr (Pack::count == 4) {
+        typename Pack::type a, b, c, d;
+        Pack::load(a, u);
+        Pack::load(b, u + u_step);
+        Pack::load(c, u + 2 * u_step);
+        Pack::load(d, u + 3 * u_step);
+        // Rows 0 and 2, and rows 1 and 3, of two columns.
+        const auto ab_02 = __builtin_shufflevector(a, b, 0, 4, 2, 6);
+        const auto ab_13 = __builtin_shufflevector(a, b, 1, 5, 3, 7);
+        const auto cd_02 = __builtin_shufflevector(c, d, 0, 4, 2, 6);
+        const auto cd_13 = __builtin_shufflevector(c, d, 1, 5, 3, 7);
+        Pack::store(y, __builtin_shufflevector(ab_02, cd_02, 0, 1, 4, 5));
+        Pack::store(y + y_step, __builtin_shufflevector(ab_13, cd_13, 0, 1, 4, 5));
+        Pack::store(y + 2 * y_step, __builtin_shufflevector(ab_02, cd_02, 2, 3, 6, 7));
+        Pack::store(y + 3 * y_step, __builtin_shufflevector(ab_13, cd_13, 2, 3, 6, 7));
+        return;
+    }
+#endif
+    for (int j = 0; j < 4; ++j)
+        for (int i = 0; i < 4; ++i) y[j + i * y_step] = u[i + j * u_step];
+}
+
+/// y = uᵀ for u of rows × cols.
+template <int most = widest, class T>
+constexpr void transpose(T* __restrict y, const T* __restrict u, int rows, int cols) noexcept {
+    const int tall = rows - rows % 4, wide = cols - cols % 4;
+    for (int j = 0; j < wide; j += 4)
+        for (int i = 0; i < tall; i += 4)
+            transpose_tile<most>(y + j + i * cols, cols, u + i + j * rows, rows);
+    for (int i = tall; i < rows; ++i)
+        for (int j = 0; j < wide; ++j) y[j + i * cols] = u[i + j * rows];
+    for (int j = wide; j < cols; ++j)
+        for (int i = 0; i < rows; ++i) y[j + i * cols] = u[i + j * rows];
+}
 
 /// y += f x, n elements.
 template <class T> constexpr void add_scaled(T* __restrict y, const T* __restrict x, T f, int n) noexcept {
@@ -61,11 +107,13 @@ constexpr void product_columns(T* y, const T* a, const T* b, int rows, int depth
         product_columns<Tall / 2, C, most>(y, a, b, rows, depth, i);
 }
 
-/// y (rows × cols) = a (rows × depth) b (depth × cols) from column j on, in tiles of 16 elements at most.
+/// y (rows × cols) = a (rows × depth) b (depth × cols) from column j on, in tiles of at most 16 elements, or
+/// of 32 where registers hold eight: with less sums at a time, one would wait for the last.
 template <int most = widest, int Wide = 4, class T>
 constexpr void product(T* y, const T* a, const T* b, int rows, int depth, int cols, int j = 0) noexcept {
     for (; j + Wide <= cols; j += Wide)
-        product_columns<16 / Wide, Wide, most>(y + j * rows, a, b + j * depth, rows, depth);
+        product_columns<(most > 32 ? 32 : 16) / Wide, Wide, most>(y + j * rows, a, b + j * depth, rows,
+                                                                  depth);
     if constexpr (Wide > 1) product<most, Wide / 2>(y, a, b, rows, depth, cols, j);
 }
 
@@ -107,8 +155,13 @@ struct Transpose {
     static constexpr const char* name = "bf::kernels::Transpose{}";
     template <class T> static constexpr bool accepts = is_any<T>;
     template <class Y, class U> constexpr void operator()(const Y& y, const U& u) const noexcept {
-        for (int j = 0; j < u.cols; ++j)
-            for (int i = 0; i < u.rows; ++i) y(j, i) = u(i, j);
+        if (is_real<Element<Y>> && u.rows >= 4 && u.cols >= 4)
+            run_widest(*this, y, u);
+        else
+            run<0>(y, u);
+    }
+    template <int most, class Y, class U> constexpr void run(const Y& y, const U& u) const noexcept {
+        detail::transpose<most>(y.data, u.data, u.rows, u.cols);
     }
 };
 

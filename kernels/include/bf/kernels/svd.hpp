@@ -76,7 +76,7 @@ struct TruncatedPinv {
         if (tall)
             for (int i = 0; i < a.size(); ++i) g[i] = a[i];
         else
-            detail::transpose<T>(g.data, a.data, a.rows, a.cols);
+            detail::transpose(g.data, a.data, a.rows, a.cols);
         const bool found = orthogonalize(g, v);
 
         T limit = static_cast<T>(tolerance[0]), largest = 0;

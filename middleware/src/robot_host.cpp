@@ -108,7 +108,6 @@ void RobotHost::reset() noexcept {
 
 void RobotHost::show(double time) noexcept {
     state_[RobotLayout::time] = time;
-    state_[RobotLayout::age] = robot_.age();
     const double mode = state_[RobotLayout::mode];
     state_[RobotLayout::other] =
         mode < 0 ? -1 : robot_.joint_in_other_mode(static_cast<ControlMode>(static_cast<int>(mode)));
@@ -123,6 +122,7 @@ void RobotHost::show(double time) noexcept {
         else if (what == Measurement::joint_position)
             return; // it tells nothing: that is no state, and its controller finds that none comes
     }
+    state_[RobotLayout::age] = robot_.age(); // of what was read
     for (int i = 0; i < at_.wrenches; ++i)
         if (robot_.read(Sensor::wrench, description_.wrenches[static_cast<std::size_t>(i)], wrench_))
             put(at_.wrench(i), wrench_);

@@ -141,6 +141,8 @@ class Worker : public std::enable_shared_from_this<Worker> {
         const bool waits = driver_.advance != nullptr;
         try {
             driver_.robot->start();
+            // Whoever waited has given up, and others may drive the robot now.
+            if (!goes_on_) throw std::runtime_error("nobody waits for it any more");
             host.emplace(name_, *driver_.device, *driver_.robot, end_,
                          HostOptions{.waits = waits, .watchdog = watchdog_, .goes_on = [this] {
                                          return goes_on_.load();

@@ -64,6 +64,7 @@ class BadNetwork {
     int network() const { return network_; }
     int carried() const { return carried_; }
     int lost() const { return lost_; }
+    std::atomic<bool> is_cut{false}; ///< all are lost
 
   private:
     static int tunnel(const char* address) {
@@ -130,7 +131,7 @@ class BadNetwork {
             for (int from = 0; from < 2; ++from) {
                 char packet[65536];
                 for (ssize_t size; (size = read(ends_[from], packet, sizeof packet)) > 0;) {
-                    if (chance(random) < how_.loss) {
+                    if (is_cut || chance(random) < how_.loss) {
                         ++lost_;
                         continue;
                     }

@@ -4,6 +4,7 @@
 #include "network.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -13,7 +14,6 @@
 #include <utility>
 #include <yarp/dev/ControlBoardInterfaces.h>
 #include <yarp/dev/IPidControl.h>
-#include <yarp/dev/IPreciselyTimed.h>
 #include <yarp/dev/MultipleAnalogSensorsInterfaces.h>
 #include <yarp/dev/PolyDriver.h>
 #include <yarp/os/Bottle.h>
@@ -27,7 +27,7 @@
 
 namespace bf::yarp {
 
-using Eigen::VectorXd;
+using Eigen::MatrixXd, Eigen::VectorXd;
 using middleware::ControlMode;
 using middleware::Limits;
 using middleware::Loop;
@@ -40,7 +40,11 @@ namespace os = ::yarp::os;
 namespace dev = ::yarp::dev;
 
 constexpr double radians = M_PI / 180; ///< YARP's angles are degrees
-constexpr double longest_switch = 1;   ///< s until boards tell of a mode that was set
+constexpr double longest_switch = 1;   ///< s until a board tells of a mode that was set
+constexpr double longest_way = 0.2;    ///< s by which a state may be overtaken
+constexpr double longest_wait = 4;     ///< s for what a simulator was told or measures to come
+constexpr double no_time = 0;          ///< s, the stamps of boards without a clock
+constexpr double never = -std::numeric_limits<double>::infinity();
 
 os::Bottle list_of(const std::vector<std::string>& words) {
     os::Bottle list;
@@ -224,12 +228,19 @@ class Board final : public toolbox::RobotConnection {
             !options_.local.empty() ? options_.local
                                     : "/blockfactory/" + std::to_string(getpid()) + "." +
                                           std::to_string(static_cast<std::int64_t>(middleware::now() * 1e6));
-        wanted.put("localPortPrefix", local);
-        wanted.addGroup("REMOTE_CONTROLBOARD_OPTIONS").put("writeStrict", "on");
-        if (!driver_.open(wanted) || !driver_.isValid())
+        auto& each = wanted.addGroup("REMOTE_CONTROLBOARD_OPTIONS");
+        each.put("writeStrict", "on");
+        each.put("carrier", options_.carrier);
+        // Where packets are lost YARP may give up early.
+        const auto opens = [&](int tries) {
+            wanted.put("localPortPrefix", tries == 0 ? local : local + "." + std::to_string(tries));
+            return driver_.open(wanted) && driver_.isValid();
+        };
+        if (!opens(0) && !opens(1) && !opens(2))
             throw std::runtime_error("its control boards " + list_of(boards).toString() +
                                      " do not open; look whether they have the joints " +
-                                     list_of(options_.joints).toString());
+                                     list_of(options_.joints).toString() +
+                                     ", and are of this version of YARP");
         driver_.view(encoders_);
         driver_.view(stamped_);
         driver_.view(motors_);
@@ -242,14 +253,11 @@ class Board final : public toolbox::RobotConnection {
         driver_.view(currents_);
         driver_.view(limits_);
         driver_.view(pids_);
-        driver_.view(timed_);
-        if (!encoders_ || !modes_)
+        if (!encoders_ || !stamped_ || !modes_)
             throw std::runtime_error("its boards have no encoders or no control modes");
-        VectorXd values(n_);
-        for (int tries = 0; !encoders_->getEncoders(values.data()); ++tries) {
-            if (tries == 2000) throw std::runtime_error("its encoders send nothing within 2 s");
-            os::SystemClock::delaySystem(0.001);
-        }
+        newest_ = States(n_);
+        if (!waits_for([&] { return look(); }))
+            throw std::runtime_error("its encoders send nothing within 4 s");
         for (auto* ports : {&wrenches_, &imus_})
             for (auto& sensor : *ports) sensor.start(local);
         if (!options_.simulator.empty()) halt_simulator(local);
@@ -258,7 +266,6 @@ class Board final : public toolbox::RobotConnection {
         has_speeds_ = positions_ && positions_->getRefSpeeds(speeds_.data());
         has_accelerations_ = velocities_ && velocities_->getRefAccelerations(accelerations_.data());
         is_limited_ = false;
-        came_ = middleware::now();
     }
     void stop() noexcept override {
         if (std::exchange(is_limited_, false)) {
@@ -271,11 +278,8 @@ class Board final : public toolbox::RobotConnection {
             for (auto& sensor : *ports) sensor.stop();
         driver_.close();
     }
-    /// Of the newest measurements, by the clock of the boards, s; 0: they tell none.
-    double time() {
-        std::vector<double> values(static_cast<std::size_t>(n_)), stamps(values.size());
-        return stamped_ && stamped_->getEncodersTimed(values.data(), stamps.data()) ? stamps.front() : 0;
-    }
+    /// Of the newest measurements, by the clock of the boards, s.
+    double time() { return newest_.stamps[0]; }
     double step_size() const { return simulator_->step_size(); }
     /// Lets the simulator do that many steps, and waits for what was measured then.
     bool advance(int steps) {
@@ -283,28 +287,24 @@ class Board final : public toolbox::RobotConnection {
         const bool has_gone = simulator_->step(steps);
         if (has_gone && waits_for([&] { return has_come(); })) return true;
         std::snprintf(error_, sizeof error_, "%s",
-                      has_gone ? "has gone on, and no measurements of that time have come within a second"
+                      has_gone ? "has gone on, and no measurements of that time have come within 4 s"
                                : "does not go on; look at its simulator");
         return false;
     }
-    double age() const noexcept override { return middleware::now() - came_; }
+    double age() const noexcept override { return middleware::now() - newest_.came.minCoeff(); }
 
+    /// Positions are looked at, and the others are those of the same state. Where it is led, that of the time
+    /// has come before.
     bool read(Measurement what, Eigen::Ref<VectorXd> values) noexcept override {
-        double* to = values.data();
+        if (what == Measurement::joint_position && !simulator_ && !look()) return told(false, "no angles");
+        values = newest_.measured.col(static_cast<int>(what));
+        if (newest_.has[static_cast<std::size_t>(what)]) return true;
         switch (what) {
-        case Measurement::joint_position: note_time(); return angles(encoders_->getEncoders(to), values);
-        case Measurement::joint_velocity: return angles(encoders_->getEncoderSpeeds(to), values);
-        case Measurement::joint_acceleration: return angles(encoders_->getEncoderAccelerations(to), values);
-        case Measurement::joint_torque: return told(torques_ && torques_->getTorques(to), "no joint torques");
-        case Measurement::motor_position: return angles(motors_ && motors_->getMotorEncoders(to), values);
-        case Measurement::motor_velocity:
-            return angles(motors_ && motors_->getMotorEncoderSpeeds(to), values);
-        case Measurement::motor_acceleration:
-            return angles(motors_ && motors_->getMotorEncoderAccelerations(to), values);
-        case Measurement::motor_current: return told(currents_ && currents_->getCurrents(to), "no currents");
-        case Measurement::motor_pwm: return told(pwm_ && pwm_->getDutyCycles(to), "no PWM");
+        case Measurement::joint_torque: return told(false, "no joint torques");
+        case Measurement::motor_current: return told(false, "no currents");
+        case Measurement::motor_pwm: return told(false, "no PWM");
+        default: return told(false, "no angles");
         }
-        return false;
     }
     bool read(Sensor kind, const std::string& name, Eigen::Ref<VectorXd> values) noexcept override {
         auto& ports = kind == Sensor::imu ? imus_ : wrenches_;
@@ -333,20 +333,27 @@ class Board final : public toolbox::RobotConnection {
     }
     bool set_mode(ControlMode mode) noexcept override {
         std::vector<int> all(static_cast<std::size_t>(n_), vocab_of(mode));
-        switches_until_ = middleware::now() + longest_switch;
-        return told(modes_->setControlModes(all.data()), "the mode was not set");
+        const bool is_set = modes_->setControlModes(all.data());
+        // While the answer was under way, states of the mode of before have come, which nobody looked at.
+        look();
+        agree(longest_switch);
+        return told(is_set, "the mode was not set");
     }
     int joint_in_other_mode(ControlMode mode) noexcept override {
-        std::vector<int> all(static_cast<std::size_t>(n_));
-        if (!modes_->getControlModes(all.data())) return -1;
+        const auto& all = newest_.modes;
         const auto other =
-            std::find_if(all.begin(), all.end(), [&](int its) { return its != vocab_of(mode); });
-        // The board tells of the old mode for a while.
-        if (other == all.end())
-            switches_until_ = 0;
-        else if (middleware::now() > switches_until_)
-            return static_cast<int>(other - all.begin());
-        return -1;
+            std::find_if(all.begin(), all.end(), [&](int its) { return its != 0 && its != vocab_of(mode); });
+        if (other == all.end()) {
+            agree(longest_way);
+            return -1;
+        }
+        // Its board tells of the mode of before for a while, by its own clock, which may begin again, and by
+        // ours, as states wait for lost ones.
+        const auto j = static_cast<int>(other - all.begin());
+        const double stamp = newest_.stamps[j];
+        agreed_ = std::min(agreed_, stamp);
+        const bool is_since = stamp == no_time || stamp - agreed_ > patience_;
+        return is_since && middleware::now() - agreed_at_ > patience_ ? j : -1;
     }
     bool set_trajectory_limit(ControlMode mode, double limit) noexcept override {
         const VectorXd all = VectorXd::Constant(n_, limit / radians);
@@ -455,7 +462,7 @@ class Board final : public toolbox::RobotConnection {
     template <class I> using Each = bool (I::*)(double*);
 
     template <class F> static bool waits_for(F&& is_there) {
-        for (const double end = middleware::now() + 1; !is_there();) {
+        for (const double end = middleware::now() + longest_wait; !is_there();) {
             if (middleware::now() > end) return false;
             os::SystemClock::delaySystem(20e-6);
         }
@@ -463,16 +470,13 @@ class Board final : public toolbox::RobotConnection {
     }
     void halt_simulator(const std::string& local) {
         simulator_ = Network().open()->open_simulator(options_.simulator, local + "/clock/rpc:o", 5);
-        std::vector<double> stamps(static_cast<std::size_t>(n_));
-        VectorXd values(n_);
-        if (!simulator_->pause() || !stamped_ || !stamped_->getEncodersTimed(values.data(), stamps.data()))
+        if (!simulator_->pause() || !waits_for([&] { return look(); }))
             throw std::runtime_error("its boards tell no times, or " + options_.simulator +
                                      " does not pause it");
-        due_ = stamps.front();
         // It may have gone on while it was halted, and the newest of all is what it stands at.
-        os::SystemClock::delaySystem(0.05);
-        stamped_->getEncodersTimed(values.data(), stamps.data());
-        due_ = *std::max_element(stamps.begin(), stamps.end());
+        for (const double end = middleware::now() + 0.05; middleware::now() < end; look())
+            os::SystemClock::delaySystem(0.001);
+        due_ = newest_.stamps.maxCoeff();
         if (!waits_for([&] { return has_come(); }))
             throw std::runtime_error("its joints or sensors send nothing of the time " +
                                      os::Value(due_).toString() + " s at which it was halted");
@@ -480,22 +484,83 @@ class Board final : public toolbox::RobotConnection {
     /// Is all of the newest step there?
     bool has_come() {
         const double from = due_ - simulator_->step_size() / 2;
-        stamps_.resize(n_);
-        came_with_.resize(n_);
-        if (!stamped_->getEncodersTimed(came_with_.data(), stamps_.data()) || stamps_.minCoeff() < from)
-            return false;
+        if (!look() || newest_.stamps.minCoeff() < from) return false;
         for (auto* ports : {&wrenches_, &imus_})
             for (auto& sensor : *ports)
                 if (sensor.look() < from) return false;
         return true;
     }
-    /// Whose stamp is another one has come just now.
-    void note_time() {
-        if (!timed_) return;
-        const auto stamp = timed_->getLastInputStamp();
-        if (stamp.getCount() == stamp_.getCount() && stamp.getTime() == stamp_.getTime()) return;
-        stamp_ = stamp;
-        came_ = middleware::now();
+    /// From the newest states on, joints may be in another mode for as long as that, s.
+    void agree(double patience) {
+        agreed_ = newest_.stamps.maxCoeff();
+        agreed_at_ = middleware::now();
+        patience_ = patience;
+    }
+    /// What was measured last of each joint.
+    struct States {
+        explicit States(int n = 0)
+            : measured(MatrixXd::Zero(n, middleware::measurement_count)), modes(static_cast<std::size_t>(n)),
+              stamps(VectorXd::Constant(n, never)), came(stamps) {}
+        MatrixXd measured;
+        std::array<bool, middleware::measurement_count> has{};
+        std::vector<int> modes; ///< vocabs; 0: not told
+        VectorXd stamps;        ///< by the clock of its board, s
+        VectorXd came;          ///< by ours, s
+    };
+    /// What its boards tell at the moment, in our units; and of positions their stamps.
+    bool get(Measurement what, double* to, double* stamps = nullptr) {
+        const auto all = [&] {
+            switch (what) {
+            case Measurement::joint_position: return stamped_->getEncodersTimed(to, stamps);
+            case Measurement::joint_velocity: return encoders_->getEncoderSpeeds(to);
+            case Measurement::joint_acceleration: return encoders_->getEncoderAccelerations(to);
+            case Measurement::joint_torque: return torques_ && torques_->getTorques(to);
+            case Measurement::motor_position: return motors_ && motors_->getMotorEncoders(to);
+            case Measurement::motor_velocity: return motors_ && motors_->getMotorEncoderSpeeds(to);
+            case Measurement::motor_acceleration: return motors_ && motors_->getMotorEncoderAccelerations(to);
+            case Measurement::motor_current: return currents_ && currents_->getCurrents(to);
+            case Measurement::motor_pwm: return pwm_ && pwm_->getDutyCycles(to);
+            }
+            return false;
+        };
+        if (!all()) return false;
+        const bool is_angle = what != Measurement::joint_torque && what != Measurement::motor_current &&
+                              what != Measurement::motor_pwm;
+        if (is_angle) Eigen::Map<VectorXd>(to, n_) *= radians;
+        return true;
+    }
+    /// Takes what is new of each joint. On their way states overtake each other, so one counts that is newer
+    /// by its board's clock, where it has one. YARP's boards stamp a state with the time of the one before:
+    /// several may have one stamp, of which nobody knows the order. Much older ones, when no newer ones
+    /// come, are of a clock that has begun again. False: the boards tell nothing.
+    bool look() {
+        States now(n_);
+        VectorXd none(n_), after(n_);
+        for (int tries = 0; tries < 3; ++tries) {
+            if (!get(Measurement::joint_position, now.measured.col(0).data(), now.stamps.data()))
+                return false;
+            for (int i = 0; i < middleware::measurement_count; ++i)
+                now.has[static_cast<std::size_t>(i)] =
+                    i == 0 || get(static_cast<Measurement>(i), now.measured.col(i).data());
+            modes_->getControlModes(now.modes.data());
+            if (!stamped_->getEncodersTimed(none.data(), after.data())) return false;
+            newest_.has = now.has;
+            const double time = middleware::now();
+            for (int j = 0; j < n_; ++j) {
+                const double stamp = now.stamps[j], newer = stamp - newest_.stamps[j];
+                const bool has_begun_again =
+                    !simulator_ && newer < -longest_way && time - newest_.came[j] > longest_way;
+                if (after[j] != stamp || // another state has come meanwhile
+                    !(newer > 0 || (newer == 0 && stamp == no_time) || has_begun_again))
+                    continue;
+                newest_.measured.row(j) = now.measured.row(j);
+                newest_.modes[static_cast<std::size_t>(j)] = now.modes[static_cast<std::size_t>(j)];
+                newest_.came[j] = time;
+                newest_.stamps[j] = stamp;
+            }
+            if (after == now.stamps) break;
+        }
+        return newest_.stamps.minCoeff() > never;
     }
     static dev::PidControlTypeEnum type_of(Loop loop) {
         return loop == Loop::position ? dev::VOCAB_PIDTYPE_POSITION : dev::VOCAB_PIDTYPE_TORQUE;
@@ -503,10 +568,6 @@ class Board final : public toolbox::RobotConnection {
     bool told(bool is_good, const char* what) noexcept {
         if (!is_good) std::snprintf(error_, sizeof error_, "YARP robot %s: %s", options_.robot.c_str(), what);
         return is_good;
-    }
-    bool angles(bool is_good, Eigen::Ref<VectorXd> values) noexcept {
-        values *= radians;
-        return told(is_good, "no angles");
     }
 
     const BoardOptions options_;
@@ -524,16 +585,15 @@ class Board final : public toolbox::RobotConnection {
     dev::ICurrentControl* currents_ = nullptr;
     dev::IControlLimits* limits_ = nullptr;
     dev::IPidControl* pids_ = nullptr;
-    dev::IPreciselyTimed* timed_ = nullptr;
     std::list<SensorPort> wrenches_, imus_;
     VectorXd speeds_, accelerations_; ///< of trajectories, before this program came, in degrees
     bool has_speeds_ = false, has_accelerations_ = false, is_limited_ = false;
-    os::Stamp stamp_;
+    States newest_;
     std::shared_ptr<toolbox::SimulatorConnection> simulator_; ///< null: it has a clock of its own
     double due_ = 0;                                          ///< time of the simulator, s
-    VectorXd stamps_, came_with_;                             ///< of joints
-    double switches_until_ = 0; ///< s; 0: the joints are in the mode that was set last
-    double came_ = 0;           ///< when the newest measurements came, s
+    double agreed_ = 0;    ///< when a mode was set or all joints were in it, by the boards' clock, s
+    double agreed_at_ = 0; ///< the same by ours, s
+    double patience_ = 0;  ///< for how long since then joints may be in another one, s
     ErrorText error_ = "";
 };
 

@@ -34,13 +34,20 @@ class Robot final : public middleware::RemoteRobot {
         "simulator",
         {.doc = "port by which a simulated robot goes on, such as /clock/rpc: with each step by one period, "
                 "after what was commanded has come; none: the robot has a clock of its own"}};
+    Argument<std::string> carrier{
+        this,
+        "carrier",
+        {.initial = "udp",
+         .doc = "by which YARP brings states and commands: udp, where the newest does not wait for what is "
+                "lost; tcp and fast_tcp, where it does",
+         .choices = {"udp", "tcp", "fast_tcp"}}};
     middleware::ThreadArguments thread{this};
 
   private:
     std::unique_ptr<middleware::RobotLink> make_link() const override {
         return middleware::make_threaded_link(
             "YARP robot '" + *robot + "'",
-            make_driver({robot, boards, joint_names(), local, wrenches, imus, simulator}), thread);
+            make_driver({robot, boards, joint_names(), local, wrenches, imus, simulator, carrier}), thread);
     }
 };
 
@@ -59,18 +66,22 @@ class NetworkBlock final : public Block {
 
 extern "C" void bf_plugin_v1(bf::Library& library) {
     library.group("robot").add<bf::yarp::Robot>(
-        "Robot", "A robot behind YARP's control boards (remotecontrolboardremapper), in place of a world: "
-                 "the robot that "
-                 "GetMeasurement, GetSensor, GetLimits, SetReferences, SetLowLevelPID and SetMotorParameters "
-                 "in its subsystem and "
-                 "below use. YARP's calls take locks and wait for the network, so a thread of its own makes "
-                 "them: it looks at the "
-                 "robot every `interval` s, gives it what was commanded, and takes the joints back (mode "
-                 "Position) when the "
-                 "run ends or has not stepped for `silence` s. With `simulator` the thread steps the robot "
-                 "instead, in lockstep with the diagram. Angles are radians here and degrees there. "
-                 "Errors: no name server, boards, joints or sensors of these names; in a step: those of "
-                 "SharedMemory/Robot.");
+        "Robot",
+        "A robot behind YARP's control boards (remotecontrolboardremapper), in place of a world: "
+        "the robot that "
+        "GetMeasurement, GetSensor, GetLimits, SetReferences, SetLowLevelPID and SetMotorParameters "
+        "in its subsystem and "
+        "below use. YARP's calls take locks and wait for the network, so a thread of its own makes "
+        "them: it looks at the "
+        "robot every `interval` s, gives it what was commanded, and takes the joints back (mode "
+        "Position) when the "
+        "run ends or has not stepped for `silence` s. With `simulator` the thread steps the robot "
+        "instead, in lockstep with the diagram. Of states that overtake each other the newest counts, "
+        "for each joint; one that is older by more than 0.2 s, after 0.2 s without any, is of a clock "
+        "that has begun again. Ages are counted from when a state came. Angles are radians here and degrees "
+        "there. "
+        "Errors: no name server, boards, joints or sensors of these names; in a step: those of "
+        "SharedMemory/Robot.");
     library.group("streams").add<bf::yarp::NetworkBlock>(
         "Network", "The YARP network, for the blocks StreamRead (YarpRead), StreamWrite (YarpWrite), "
                    "NetworkClock (YarpClock), "

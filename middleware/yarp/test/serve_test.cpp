@@ -1,21 +1,29 @@
 // bf serve --yarp: YARP's own clients and command-line programs drive a world that another process runs. The
 // oracle is the same world, driven by a diagram of this process.
 #include "../../test/served.hpp"
+#include "bf/middleware/served_robot.hpp"
 #include "parts.hpp"
 #include "running.hpp"
 #include "stand.hpp"
 
+#include <atomic>
 #include <clock_client/ClockServer.h>
 #include <cmath>
+#include <dlfcn.h>
 #include <memory>
+#include <thread>
 #include <yarp/dev/ControlBoardInterfaces.h>
 #include <yarp/dev/IPidControl.h>
 #include <yarp/dev/MultipleAnalogSensorsInterfaces.h>
 #include <yarp/dev/PolyDriver.h>
 #include <yarp/os/Bottle.h>
 #include <yarp/os/BufferedPort.h>
+#include <yarp/os/ConnectionReader.h>
+#include <yarp/os/ConnectionWriter.h>
 #include <yarp/os/Log.h>
 #include <yarp/os/Network.h>
+#include <yarp/os/Port.h>
+#include <yarp/os/PortReader.h>
 #include <yarp/os/Property.h>
 #include <yarp/os/RpcClient.h>
 #include <yarp/os/Stamp.h>
@@ -116,6 +124,30 @@ class YarpServe : public YarpNetwork {
 
   private:
     std::unique_ptr<Program> server_;
+};
+
+/// Answers every question as a board of YARP's protocol 1.9.
+class OldBoard : os::PortReader {
+  public:
+    OldBoard() {
+        question_.setReader(*this);
+        if (!question_.open("/old/left_leg/rpc:i") || !command_.open("/old/left_leg/command:i") ||
+            !state_.open("/old/left_leg/stateExt:o"))
+            throw std::runtime_error("the old board does not open");
+    }
+    ~OldBoard() {
+        for (auto* port : {&question_, &command_, &state_}) port->close();
+    }
+
+  private:
+    bool read(os::ConnectionReader& reader) override {
+        os::Bottle question, answer;
+        if (!question.read(reader)) return false;
+        answer.fromString("[prot] 1 9 0 [ok]");
+        auto* writer = reader.getWriter();
+        return writer != nullptr && answer.write(*writer);
+    }
+    os::Port question_, command_, state_;
 };
 
 } // namespace
@@ -405,11 +437,12 @@ TEST_F(YarpServe, EndsADiagramWhenItStandsStillOrIsKilled) {
     for (const bool is_killed : {true, false}) {
         auto served = serve();
         ASSERT_TRUE(is_there("/clock/rpc"));
-        Running run(diagram(icub + "  world: {block: Yarp/Robot, period: 0.001, timeout: 0.5, boards: "
-                                   "\"{'left_leg'}\", simulator: /clock/rpc}\n"
-                                   "  tau: {block: Constant, value: [0, 0, 0]}\n"
-                                   "  drive: {block: WholeBodyToolbox/SetReferences, control_type: Torque}\n",
-                            "  tau: drive\n", "Yarp"));
+        Running run(diagram(
+            icub + "  world: {block: Yarp/Robot, period: 0.001, timeout: 5, start_timeout: 60, boards: "
+                   "\"{'left_leg'}\", simulator: /clock/rpc}\n"
+                   "  tau: {block: Constant, value: [0, 0, 0]}\n"
+                   "  drive: {block: WholeBodyToolbox/SetReferences, control_type: Torque}\n",
+            "  tau: drive\n", "Yarp"));
         for (int k = 0; k < 20; ++k) {
             ASSERT_TRUE(run.step()) << run.simulation.failure();
         }
@@ -426,6 +459,123 @@ TEST_F(YarpServe, EndsADiagramWhenItStandsStillOrIsKilled) {
         run.simulation.stop(); // comes back, whatever its thread waits for
         served.end();
     }
+}
+
+TEST_F(YarpServe, EndsADiagramWhoseJointsAnotherProgramTakes) {
+    const auto served = serve({"--realtime", "--priority", "0", "--watchdog", "0"});
+    ASSERT_TRUE(is_there("/clock/rpc"));
+    Client board("remote_controlboard", "/icubSim/left_leg", "/test/leg");
+    Running run(diagram(icub + "  world: {block: Yarp/Robot, period: 0.001, timeout: 5, silence: 10, boards: "
+                               "\"{'left_leg'}\", start_timeout: 20}\n"
+                               "  c: {block: Constant, value: [0, 0, 0]}\n"
+                               "  drive: {block: WholeBodyToolbox/SetReferences, control_type: Position "
+                               "Direct}\n",
+                        "  c: drive\n", "Yarp"));
+    for (int k = 0; k < 20'000 && !are_in(board, VOCAB_CM_POSITION_DIRECT); ++k) {
+        ASSERT_TRUE(run.step()) << run.simulation.failure();
+    }
+    for (int k = 0; k < 2000; ++k) {
+        ASSERT_TRUE(run.step()) << "it is left alone: " << run.simulation.failure();
+    }
+    set_modes(board, VOCAB_CM_POSITION);
+    for (int k = 0; run.step(); ++k) {
+        ASSERT_LT(k, 20'000);
+    }
+    expect_contains(run.simulation.failure(), "drive: u[l_hip_pitch] has left its control mode");
+}
+
+/// As a simulator's does that is set back.
+TEST_F(YarpServe, LeadsADiagramOnWhenItsClockBeginsAgain) {
+    struct Nobody final : middleware::RobotEnd {
+        void start(const middleware::RobotDescription&) override {}
+        void show_state(const double*, double) noexcept override {}
+        void show_gains(const double*) noexcept override {}
+        bool take_command(double*, middleware::Stamp&) noexcept override { return false; }
+        bool take_settings(double*) noexcept override { return false; }
+        void wait(double) noexcept override {}
+        bool is_gone() noexcept override { return false; }
+        const std::string& name() const noexcept override { return its; }
+        const std::string its = "nobody";
+    };
+    middleware::test::Served world(std::make_unique<Nobody>(), diagram(icub + icub_world), {.waits = false});
+    void* plugin = dlopen(BF_PLUGIN_DIRECTORY "/Yarp.so", RTLD_LAZY);
+    ASSERT_TRUE(plugin) << dlerror();
+    const auto make = reinterpret_cast<middleware::ServedRobot* (*)(const middleware::ServeRequest&)>(
+        dlsym(plugin, middleware::serve_symbol));
+    const std::unique_ptr<middleware::ServedRobot> shown(make({.path = "world",
+                                                               .is_alone = true,
+                                                               .device = *world.device,
+                                                               .robot = *world.robot,
+                                                               .options = {{"yarp", {"icubSim"}}},
+                                                               .host = {.waits = false, .watchdog = 0}}));
+    shown->start(0.001);
+    std::atomic<bool> goes_on{true}, is_set_back{false};
+    std::thread steps([&] {
+        for (double time = 100; goes_on && world.step(); time += 0.001, usleep(1000)) {
+            if (is_set_back.exchange(false)) time = 0;
+            shown->step(time);
+        }
+    });
+    std::string text =
+        diagram(icub + "  world: {block: Yarp/Robot, period: 0.001, boards: \"{'left_leg'}\", "
+                       "start_timeout: 20, silence: 10}\n"
+                       "  drive: {block: WholeBodyToolbox/SetReferences, control_type: Position "
+                       "Direct}\n",
+                "  u: drive\n", "Yarp");
+    text.replace(text.find("blocks:"), 7, "inputs: {u: {shape: 3}}\nblocks:");
+    {
+        Running run(text);
+        for (const double target : {0.1, -0.1}) {
+            run.set("u", Eigen::Vector3d::Constant(target));
+            int k = 0;
+            while (k < 5000 && std::abs(run.get("world.s")(0) - target) > 0.02 && run.step()) ++k;
+            EXPECT_LT(k, 5000) << "it does not come to " << target;
+            EXPECT_EQ(run.simulation.failure(), "");
+            EXPECT_LT(run.scalar("world.age"), 1);
+            is_set_back = true;
+        }
+    }
+    goes_on = false;
+    steps.join();
+}
+
+TEST_F(YarpServe, IsOfOneVersionOfYarp) {
+    OldBoard old;
+    expect_contains(
+        refusal(diagram(icub + "  world: {block: Yarp/Robot, period: 0.001, robot: old, boards: "
+                               "\"{'left_leg'}\", start_timeout: 20}\n",
+                        "", "Yarp")),
+        "world: YARP robot 'old': its control boards \"/old/left_leg\" do not open; look whether they "
+        "have the joints l_hip_pitch l_knee l_ankle_roll, and are of this version of YARP");
+}
+
+TEST_F(YarpServe, StreamsGiveTheNewestOfAFlood) {
+    os::Port sender;
+    ASSERT_TRUE(sender.open("/flood"));
+    Running run("model: m\nplugins: [Yarp, WholeBodyToolbox]\nstep: 0.01\nblocks:\n  network: {block: "
+                "Yarp/Network}\n  x: {block: WholeBodyToolbox/StreamRead, stream: /flood, size: 2}\n");
+    std::atomic<bool> goes_on{true};
+    std::thread floods([&] {
+        for (double k = 1; goes_on; ++k) {
+            os::Bottle message;
+            message.addFloat64(k);
+            message.addFloat64(k);
+            sender.write(message);
+        }
+    });
+    double last = 0;
+    bool is_good = true;
+    for (int k = 0; k < 300 && is_good; ++k, usleep(1000)) {
+        is_good = run.step();
+        const Matrix y = run.get("x.y");
+        EXPECT_GE(y(0), last);
+        EXPECT_EQ(y(0), y(1));
+        last = y(0);
+    }
+    goes_on = false;
+    floods.join();
+    EXPECT_TRUE(is_good) << run.simulation.failure();
+    EXPECT_GT(last, 300) << "more than there are steps";
 }
 
 TEST_F(YarpServe, RefusesASecondRobotOfTheNameAndWhatItDoesNotHave) {

@@ -204,6 +204,20 @@ TEST_F(YarpRobot, IsDrivenInEveryModeByTheUnitsOfIt) {
     }
 }
 
+TEST_F(YarpRobot, EndsTheRunWhenAnotherProgramTakesAJoint) {
+    Pretended pretended;
+    Look look;
+    Running run(driven("Torque"));
+    run.set("u", target);
+    EXPECT_TRUE(steps_until(run, [&] { return look.is_in(VOCAB_CM_TORQUE); }));
+    for (int k = 0; k < 500; ++k) {
+        ASSERT_TRUE(run.step()) << "it is left alone: " << run.simulation.failure();
+    }
+    ASSERT_TRUE(look.as<dev::IControlMode>().setControlMode(0, VOCAB_CM_IDLE));
+    EXPECT_FALSE(steps_until(run, [] { return false; }));
+    expect_contains(run.simulation.failure(), "drive: u[hip] has left its control mode");
+}
+
 TEST_F(YarpRobot, HasTheSpeedsOfItsTrajectoriesBackAfterwards) {
     Pretended pretended;
     Look look;

@@ -76,17 +76,20 @@ nlohmann::ordered_json examine_real_time(const utsname& system) {
     return list;
 }
 
-/// Ways to robots of other programs, each a plugin, and what is missing.
-nlohmann::ordered_json examine_middlewares(const std::vector<std::string>& plugins) {
+/// Ways to robots of other programs, each a plugin that was tried, and what is missing.
+nlohmann::ordered_json examine_middlewares(const nlohmann::ordered_json& plugins) {
     nlohmann::ordered_json list;
     const auto add = [&](const char* name, const char* plugin, const char* build,
                          const std::string& missing) {
-        const bool is_there = std::find(plugins.begin(), plugins.end(), plugin) != plugins.end();
-        list.push_back({{"name", name}, {"plugin", plugin}, {"good", is_there && missing.empty()}});
-        if (!is_there)
-            list.back()["remedy"] = std::string("there is no plugin ") + plugin + ": " + build;
-        else if (!missing.empty())
-            list.back()["remedy"] = missing;
+        const auto tried = std::find_if(plugins.begin(), plugins.end(),
+                                        [&](const auto& entry) { return entry["name"] == plugin; });
+        std::string remedy = missing;
+        if (tried == plugins.end())
+            remedy = std::string("there is no plugin ") + plugin + ": " + build;
+        else if (tried->contains("error"))
+            remedy = (*tried)["error"];
+        list.push_back({{"name", name}, {"plugin", plugin}, {"good", remedy.empty()}});
+        if (!remedy.empty()) list.back()["remedy"] = remedy;
     };
     add("shared memory", "SharedMemory", "build BlockFactory with BF_ROBOTS=ON",
         access("/dev/shm", W_OK) == 0 ? "" : "/dev/shm cannot be written: mount a tmpfs there");
@@ -127,7 +130,7 @@ nlohmann::ordered_json examine() {
         }
         json["plugins"].push_back(std::move(entry));
     }
-    json["middlewares"] = examine_middlewares(registry->available_plugins());
+    json["middlewares"] = examine_middlewares(json["plugins"]);
     json["robot_models"] = {{"path", BF_ROBOT_MODELS "/iCub"},
                             {"exists", std::filesystem::exists(BF_ROBOT_MODELS "/iCub")}};
     return json;

@@ -220,6 +220,11 @@ TEST_F(BadInput, PluginThatCannotBeLoaded) {
     EXPECT_CONTAINS(doctor.out, "plugin       NO   ");
     const auto listed = nlohmann::json::parse(bf("doctor --json", environment).out)["plugins"].size();
     EXPECT_EQ(listed, nlohmann::json::parse(bf("doctor --json").out)["plugins"].size() + 1);
+    write("Udp.so", "no library"); // it is found before the one that can be loaded
+    const auto tried = bf("doctor", environment).out;
+    EXPECT_CONTAINS(tried, "middleware   NO   UDP, plugin Udp\n");
+    EXPECT_CONTAINS(tried.substr(tried.find("UDP, plugin Udp")), "Udp.so cannot be loaded: ");
+    EXPECT_CONTAINS(bf("doctor").out, "middleware   yes  UDP, plugin Udp\n");
     const auto describe = bf("describe", environment);
     EXPECT_EQ(describe.code, 0);
     EXPECT_CONTAINS(describe.err, "left out: plugin ");

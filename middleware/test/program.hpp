@@ -1,10 +1,13 @@
 // Other programs, and files for them.
 #pragma once
 
+#include <chrono>
 #include <cstdlib>
 #include <fcntl.h>
 #include <filesystem>
 #include <fstream>
+#include <functional>
+#include <future>
 #include <map>
 #include <poll.h>
 #include <sched.h>
@@ -92,5 +95,12 @@ class Program {
     int out_ = -1;
     std::string text_;
 };
+
+/// What it says next, while steps are done until it has, or until they fail.
+inline std::string line_while(Program& program, const std::function<bool()>& step) {
+    auto line = std::async(std::launch::async, [&] { return program.line(); });
+    while (line.wait_for(std::chrono::milliseconds(1)) != std::future_status::ready && step()) continue;
+    return line.get();
+}
 
 } // namespace bf::middleware::test

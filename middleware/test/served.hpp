@@ -100,20 +100,25 @@ class Served {
     }
     ~Served() { end_run(); }
 
-    /// In a thread.
+    /// In a thread, which has the robot for itself until end_run().
     void run() {
+        goes_on_ = true;
         thread_ = std::thread([this] {
-            while (goes_on_ && running_.step()) continue;
+            while (goes_on_ && step()) continue;
         });
     }
     void end_run() {
         goes_on_ = false;
         if (thread_.joinable()) thread_.join();
     }
-    bool step() { return running_.step(); }
+    bool step() {
+        const bool goes_on = running_.step();
+        time_ = running_.simulation.time();
+        return goes_on;
+    }
     double scalar(const std::string& path) const { return running_.scalar(path); }
     Matrix get(const std::string& path) const { return running_.get(path); }
-    double time() const { return running_.simulation.time(); }
+    double time() const { return time_; } ///< also while its thread runs
 
     std::string events() {
         static const char* const names[] = {"came", "left", "died", "silent", "refused"};
@@ -133,6 +138,7 @@ class Served {
     };
     Running running_;
     std::atomic<bool> goes_on_{true};
+    std::atomic<double> time_{0};
     std::thread thread_;
     Observer observer_;
 

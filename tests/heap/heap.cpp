@@ -9,7 +9,7 @@ thread_local long calls = 0;
 namespace bf::test {
 long heap_calls() noexcept { return calls; }
 
-#if defined(__SANITIZE_ADDRESS__) || !defined(__GLIBC__)
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || !defined(__GLIBC__)
 bool heap_is_counted() noexcept { return false; }
 } // namespace bf::test
 #else

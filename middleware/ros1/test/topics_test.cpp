@@ -8,7 +8,6 @@
 
 #include <cmath>
 #include <functional>
-#include <thread>
 
 namespace bf::ros1::test {
 namespace {
@@ -86,10 +85,7 @@ TEST_F(Ros1Topics, AreHeardByRospy) {
     run.set("u", Eigen::Vector2d(0.5, -0.25)).set("v", 3);
     Peer peer({"echo", "sensor_msgs/JointState", "/states", "1"});
     ASSERT_EQ(peer.line(), "ready");
-    std::string heard;
-    std::thread listens([&] { heard = peer.line(); });
-    EXPECT_TRUE(steps_until(run, [&] { return !heard.empty(); })) << run.simulation.failure();
-    listens.join();
+    const std::string heard = line_while(peer, [&] { return run.step(); });
     expect_contains(heard,
                     "frame_id: \"base\" | name:  |   - hip |   - knee | position: [0.5, -0.25] | velocity: "
                     "[3.0] | effort: []");
@@ -234,10 +230,7 @@ TEST_F(Ros1Topics, KeepTheCommasOfASingleText) {
     Running run(model(publish(", topic: text, type: std_msgs/String, texts: \"{'data=hello, world'}\"")));
     Peer peer({"echo", "std_msgs/String", "/text", "1"});
     ASSERT_EQ(peer.line(), "ready");
-    std::string heard;
-    std::thread listens([&] { heard = peer.line(); });
-    EXPECT_TRUE(steps_until(run, [&] { return !heard.empty(); })) << run.simulation.failure();
-    listens.join();
+    const std::string heard = line_while(peer, [&] { return run.step(); });
     EXPECT_EQ(heard, "data: \"hello, world\"");
 }
 

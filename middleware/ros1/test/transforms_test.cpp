@@ -2,8 +2,6 @@
 #include "master.hpp"
 #include "running.hpp"
 
-#include <thread>
-
 namespace bf::ros1::test {
 namespace {
 
@@ -33,10 +31,7 @@ TEST_F(Ros1Transforms, AreThoseOfTheirMatrices) {
         ASSERT_TRUE(run.step()) << run.simulation.failure();
         Peer peer({"echo", "tf2_msgs/TFMessage", is_static ? "/tf_static" : "/tf", "1"});
         ASSERT_EQ(peer.line(), "ready");
-        std::string heard;
-        std::thread listens([&] { heard = peer.line(); });
-        EXPECT_TRUE(steps_until(run, [&] { return !heard.empty(); })) << run.simulation.failure();
-        listens.join();
+        const std::string heard = line_while(peer, [&] { return run.step(); });
         expect_contains(heard, "frame_id: \"map\" |     child_frame_id: \"base\" |     transform:  |       "
                                "translation:  |         x: 1.0 |         y: 2.0 |         z: 3.0 |       "
                                "rotation:  |         x: 0.0 |         y: 0.0 |         z: 0.70710678");

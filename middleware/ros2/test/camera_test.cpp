@@ -3,10 +3,8 @@
 #include "models.hpp"
 #include "peer.hpp"
 
-#include <atomic>
 #include <cmath>
 #include <sstream>
-#include <thread>
 
 namespace bf::ros2::test {
 namespace {
@@ -38,19 +36,6 @@ std::string camera_model(const Folder& folder, const std::string& settings = ", 
            settings + "}\nconnections: {camera.colour: show.colour, camera.depth: show.depth}\n";
 }
 
-/// What it says next, of what it hears meanwhile.
-std::string line_while_stepping(Program& program, Running& run) {
-    std::string heard;
-    std::atomic<bool> is_there{false};
-    std::thread listens([&] {
-        heard = program.line();
-        is_there = true;
-    });
-    EXPECT_TRUE(steps_until(run, [&] { return is_there.load(); })) << run.simulation.failure();
-    listens.join();
-    return heard;
-}
-
 } // namespace
 
 using Ros2Camera = Alone;
@@ -62,7 +47,7 @@ TEST_F(Ros2Camera, ShowsImagesDepthsAndPointsOfTheWorld) {
     Running run(camera_model(folder));
     Peer peer({"camera", "/lab/eye"});
     ASSERT_EQ(peer.line(), "ready");
-    const std::string heard = line_while_stepping(peer, run);
+    const std::string heard = line_while(peer, [&] { return run.step(); });
     const double time = std::stod(heard);
     EXPECT_NEAR(std::remainder(time, 0.05), 0, 1e-9) << "time of the model, in which the camera has a period";
     EXPECT_EQ(peer.line(), "rgb8 120 160 480 0 eye_optical 57600");
@@ -136,7 +121,7 @@ TEST_F(Ros2Transforms, AreThoseOfTheirMatrices) {
         Peer peer({is_static ? "latched" : "echo", "tf2_msgs/msg/TFMessage", is_static ? "/tf_static" : "/tf",
                    "1"});
         ASSERT_EQ(peer.line(), "ready");
-        const std::string heard = line_while_stepping(peer, run);
+        const std::string heard = line_while(peer, [&] { return run.step(); });
         expect_contains(heard,
                         "frame_id='map'), child_frame_id='base', "
                         "transform=geometry_msgs.msg.Transform(translation=geometry_msgs.msg.Vector3(x=1.0, "

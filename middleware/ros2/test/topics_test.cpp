@@ -4,8 +4,6 @@
 #include "models.hpp"
 #include "peer.hpp"
 
-#include <thread>
-
 namespace bf::ros2::test {
 namespace {
 
@@ -110,10 +108,7 @@ TEST_F(Ros2Topics, AreHeardByRclpy) {
     run.set("u", Eigen::Vector2d(0.5, -0.25)).set("v", 3);
     Peer peer({"echo", "sensor_msgs/msg/JointState", "/robot/joint_states", "1"});
     ASSERT_EQ(peer.line(), "ready");
-    std::string heard;
-    std::thread listens([&] { heard = peer.line(); });
-    EXPECT_TRUE(steps_until(run, [&] { return !heard.empty(); })) << run.simulation.failure();
-    listens.join();
+    const std::string heard = line_while(peer, [&] { return run.step(); });
     expect_contains(
         heard, "frame_id='base'), name=['hip', 'knee'], position=[0.5, -0.25], velocity=[3.0], effort=[])");
     const double time = run.simulation.time();

@@ -81,12 +81,14 @@ TEST(SharedMemoryRobot, TakesGainsAndMotorParametersAndGivesThemBack) {
             ASSERT_EQ(remote.get("read.P"), Matrix(Eigen::Vector3d(100, 200, 300))) << "at once";
             ASSERT_EQ(remote.get("read.D"), Matrix(Eigen::Vector3d(1, 2, 3)));
         }
+        served.end_run();
         toolbox::Gains given(3);
         served.robot->read_gains(toolbox::Loop::position, given);
         EXPECT_EQ(given.P, Eigen::Vector3d(100, 200, 300)) << "the robot has them";
         toolbox::MotorParameters motors(3);
         ASSERT_TRUE(served.robot->read_motor_parameters(motors));
         EXPECT_EQ(motors.k_tau, Eigen::Vector3d(2, 3, 4));
+        served.run();
         remote.simulation.stop();
     }
     while (served.host->gone() == 0) std::this_thread::yield();

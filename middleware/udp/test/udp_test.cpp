@@ -168,6 +168,7 @@ TEST(UdpRobot, TakesGainsInTheStepThatGivesThem) {
             ASSERT_TRUE(remote.step()) << remote.simulation.failure();
             ASSERT_EQ(remote.get("world.s"), direct.get("world.s")) << "in step " << k;
         }
+        served.end_run();
         toolbox::Gains given(3);
         ASSERT_TRUE(served.robot->read_gains(toolbox::Loop::position, given));
         EXPECT_EQ(given.P, Eigen::Vector3d(100, 200, 300));

@@ -1,4 +1,5 @@
 // A robot behind topics, which is a program of rospy.
+#include "cycles.hpp"
 #include "heap.hpp"
 #include "master.hpp"
 #include "running.hpp"
@@ -84,6 +85,17 @@ TEST_F(Ros1Robot, CostsTheStepNoHeap) {
     peer.end();
     EXPECT_FALSE(steps_until(run, [] { return false; }));
     expect_contains(run.simulation.failure(), "ROS 1 robot in the namespace /quick");
+}
+
+TEST_F(Ros1Robot, LeavesNothingBehindHoweverOftenItStarts) {
+    Peer peer({"robot", "/cycles", "hip", "knee"});
+    ASSERT_EQ(peer.line(), "ready");
+    middleware::test::expect_no_leak([] {
+        Running run(driving(", namespace: /cycles", references("Velocity", 0.1, 0.1), "  c: drive\n"));
+        for (int k = 0; k < 3; ++k) {
+            ASSERT_TRUE(run.step()) << run.simulation.failure();
+        }
+    });
 }
 
 TEST_F(Ros1Robot, HasVelocitiesOnlyWhereAllJointsTellThem) {

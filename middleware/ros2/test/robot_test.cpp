@@ -1,6 +1,7 @@
 // Robots behind topics: ours that rclpy drives, and theirs that diagrams drive.
 #include "bf/middleware/served_robot.hpp"
 #include "bf/middleware/topic_robot.hpp"
+#include "cycles.hpp"
 #include "end.hpp"
 #include "peer.hpp"
 #include "served.hpp"
@@ -215,6 +216,19 @@ TEST_F(Ros2Robot, RefusesToStepWhatGoesByTheClock) {
     text.replace(text.find("/icub"), 5, "/other")
         .replace(text.find("start_timeout: 30"), 17, "start_timeout: 5");
     expect_contains(refusal(text), "it has no services 'robot/step' and 'robot/pause'");
+}
+
+TEST_F(Ros2Robot, LeavesNothingBehindHoweverOftenBothSidesStart) {
+    middleware::test::expect_no_leak([] {
+        Served served(end_in("/icub", true), diagram(icub + icub_world));
+        served.run();
+        Running run(remote("  c: {block: Constant, value: [0 0 0]}\n  drive: {block: "
+                           "WholeBodyToolbox/SetReferences, control_type: Torque}\n",
+                           "  c: drive\n", ", step_size: 0.001"));
+        for (int k = 0; k < 3; ++k) {
+            ASSERT_TRUE(run.step()) << run.simulation.failure();
+        }
+    });
 }
 
 TEST_F(Ros2Robot, SaysWhatIsMissing) {

@@ -681,6 +681,17 @@ TEST(UdpStreams, RefuseWhatDoesNotFit) {
                     "x: the simulator '/clock/rpc' cannot be stepped over UDP; use LocalStreams for that");
 }
 
+TEST(UdpStreams, LeaveNothingBehindHoweverOftenTheyStart) {
+    const int a = free_port(), b = free_port();
+    middleware::test::expect_no_leak([&] {
+        Running reader(reading(a, "", ""));
+        Running writer(sending(b, peer(a), 1, ", autoconnect: true"));
+        writer.set("u", Matrix::Constant(1, 1, 5));
+        ASSERT_TRUE(writer.step());
+        ASSERT_TRUE(comes(reader, 5));
+    });
+}
+
 TEST(UdpRobot, LeavesNothingBehindHoweverOftenBothSidesStart) {
     middleware::test::expect_no_leak([] {
         Served served(27450);

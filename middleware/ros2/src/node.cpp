@@ -120,10 +120,14 @@ Subscription::Subscription(std::shared_ptr<Context> context, const MessageMemory
     : context_(std::move(context)), message_(type.make()), taken_(std::move(taken)) {
     auto options = rcl_subscription_get_default_options();
     options.qos = profile_of(quality);
+    const std::lock_guard lock(context_->ends);
     check(rcl_subscription_init(&handle_, &context_->node, type.support, topic.c_str(), &options),
           "the topic '" + topic + "' cannot be subscribed to");
 }
-Subscription::~Subscription() { ignore(rcl_subscription_fini(&handle_, &context_->node)); }
+Subscription::~Subscription() {
+    const std::lock_guard lock(context_->ends);
+    ignore(rcl_subscription_fini(&handle_, &context_->node));
+}
 int Subscription::writers() const noexcept {
     std::size_t count = 0;
     ignore(rcl_subscription_get_publisher_count(&handle_, &count));
@@ -143,10 +147,14 @@ Publisher::Publisher(std::shared_ptr<Context> context, const MessageMemory& type
     : context_(std::move(context)) {
     auto options = rcl_publisher_get_default_options();
     options.qos = profile_of(quality);
+    const std::lock_guard lock(context_->ends);
     check(rcl_publisher_init(&handle_, &context_->node, type.support, topic.c_str(), &options),
           "the topic '" + topic + "' cannot be published");
 }
-Publisher::~Publisher() { ignore(rcl_publisher_fini(&handle_, &context_->node)); }
+Publisher::~Publisher() {
+    const std::lock_guard lock(context_->ends);
+    ignore(rcl_publisher_fini(&handle_, &context_->node));
+}
 void Publisher::publish(const void* message) noexcept {
     if (rcl_publish(&handle_, message, nullptr) != RCL_RET_OK) rcl_reset_error();
 }
@@ -167,10 +175,14 @@ Service::Service(std::shared_ptr<Context> context, const rosidl_service_type_sup
     : context_(std::move(context)), request_(std::move(request)), response_(std::move(response)),
       answer_(std::move(answer)) {
     const auto options = rcl_service_get_default_options();
+    const std::lock_guard lock(context_->ends);
     check(rcl_service_init(&handle_, &context_->node, support, name.c_str(), &options),
           "the service '" + name + "' cannot be offered");
 }
-Service::~Service() { ignore(rcl_service_fini(&handle_, &context_->node)); }
+Service::~Service() {
+    const std::lock_guard lock(context_->ends);
+    ignore(rcl_service_fini(&handle_, &context_->node));
+}
 void Service::add_to(rcl_wait_set_t& set) { ignore(rcl_wait_set_add_service(&set, &handle_, nullptr)); }
 void Service::take() {
     rmw_request_id_t caller{};
@@ -185,10 +197,14 @@ Client::Client(std::shared_ptr<Context> context, const rosidl_service_type_suppo
                const std::string& name, std::shared_ptr<void> response, Answered answered)
     : context_(std::move(context)), response_(std::move(response)), answered_(std::move(answered)) {
     const auto options = rcl_client_get_default_options();
+    const std::lock_guard lock(context_->ends);
     check(rcl_client_init(&handle_, &context_->node, support, name.c_str(), &options),
           "the service '" + name + "' cannot be called");
 }
-Client::~Client() { ignore(rcl_client_fini(&handle_, &context_->node)); }
+Client::~Client() {
+    const std::lock_guard lock(context_->ends);
+    ignore(rcl_client_fini(&handle_, &context_->node));
+}
 bool Client::has_server() const noexcept {
     bool has = false;
     ignore(rcl_service_server_is_available(&context_->node, &handle_, &has));

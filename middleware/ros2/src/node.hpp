@@ -47,6 +47,7 @@ struct Context {
 
     rcl_context_t context = rcl_get_zero_initialized_context();
     rcl_node_t node = rcl_get_zero_initialized_node();
+    std::mutex ends; ///< while one of the node is made or ends: rcl notes their types in a map without a lock
     std::atomic<double> told_time{by_system}; ///< on /clock, s; 0 until it is
     static constexpr double by_system = -1;
 };

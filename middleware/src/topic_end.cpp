@@ -139,6 +139,11 @@ class TopicEnd final : public RobotEnd {
         topics_->offer("step", [this](bool& is_done) { return step(is_done); });
         topics_->offer("reset", [this](bool& is_done) { return begin_again(is_done); });
         topics_->offer("pause", [this](bool asked, bool& is_done) { return pause(asked, is_done); });
+        topics_->offer("release", [this](bool& is_done) {
+            is_done = is_release_asked_ = true;
+            bell_.ring();
+            return std::string();
+        });
     }
 
     void show_state(const double* state, double) noexcept override {
@@ -160,6 +165,12 @@ class TopicEnd final : public RobotEnd {
     bool take_command(double* command, Stamp& stamp) noexcept override {
         const bool is_new = take_numbers();
         const bool is_begun = take_path();
+        if (is_release_asked_.exchange(false) && is_ours_) {
+            command_[RobotLayout::release] = 1;
+            is_ours_ = is_following_ = had_writers_ = false;
+            give(command, stamp);
+            return true;
+        }
         bool may_go = is_new || is_begun;
         if (!is_granted_ && (steps_asked_ > steps_done_ || (is_free_ && now() >= due_))) may_go = true;
         // Positions that were asked for stay; efforts and velocities are to be asked for again and again.
@@ -174,9 +185,7 @@ class TopicEnd final : public RobotEnd {
             if (steps_asked_ > steps_done_) steps_done_.fetch_add(1);
             due_ = std::max(due_ + period_, now() - 10 * period_);
         }
-        ++command_[RobotLayout::number];
-        std::copy(command_.begin(), command_.end(), command);
-        stamp = {static_cast<std::uint64_t>(command_[RobotLayout::number]), now()};
+        give(command, stamp);
         return true;
     }
     bool take_settings(double*) noexcept override { return false; }
@@ -199,7 +208,8 @@ class TopicEnd final : public RobotEnd {
     bool is_gone() noexcept override {
         if (messages_ < 2 && mode_ == ControlMode::position_direct) return false;
         const bool has = watch_->writers > 0;
-        const bool is = std::exchange(had_writers_, has) && !has;
+        // One that has let the robot go is about to be taken as such.
+        const bool is = std::exchange(had_writers_, has) && !has && !is_release_asked_;
         if (is) is_ours_ = is_following_ = false; // while its time stands still no state tells so
         return is;
     }
@@ -276,7 +286,12 @@ class TopicEnd final : public RobotEnd {
     // ---- in the thread of the steps
     bool is_news() const noexcept {
         return newest_->newest() != taken_.number || has_path_ || steps_asked_ > steps_done_ || is_over_ ||
-               is_reset_asked_ || (is_free_ && now() >= due_);
+               is_reset_asked_ || is_release_asked_ || (is_free_ && now() >= due_);
+    }
+    void give(double* command, Stamp& stamp) noexcept {
+        ++command_[RobotLayout::number];
+        std::copy(command_.begin(), command_.end(), command);
+        stamp = {static_cast<std::uint64_t>(command_[RobotLayout::number]), now()};
     }
     bool take_numbers() noexcept {
         if (newest_->newest() == taken_.number || !newest_->read(numbers_.data(), taken_)) return false;
@@ -336,7 +351,7 @@ class TopicEnd final : public RobotEnd {
     std::unique_ptr<JointPath> path_,
         next_path_; ///< the one that is followed; the newest, or one to be forgotten
     std::atomic<bool> has_path_{false}, is_free_{false}, is_over_{false};
-    std::atomic<bool> may_reset_{false}, is_reset_asked_{false}, is_reset_{false};
+    std::atomic<bool> may_reset_{false}, is_reset_asked_{false}, is_reset_{false}, is_release_asked_{false};
     std::atomic<int> resets_{0}; ///< that are shown
     std::atomic<std::uint64_t> steps_asked_{0}, steps_done_{0}, rejected_{0};
     std::atomic<double> shown_time_{0}, due_{0};

@@ -136,6 +136,7 @@ class TopicRobot final : public toolbox::RobotConnection {
     void stop() noexcept override {
         if (!is_open_) return;
         leave();
+        if (std::exchange(is_driver_, false)) topics_->let_go();
         heard_.clear();
         outputs_.clear();
         topics_->close();
@@ -157,6 +158,7 @@ class TopicRobot final : public toolbox::RobotConnection {
         for (; steps > 0; --steps) {
             due_ += options_.step_size;
             const bool is_asked = std::exchange(is_written_, false) || topics_->step();
+            is_driver_ |= is_asked;
             if (is_asked)
                 bell_.wait(
                     longest_step, [&] { return are_there(); }, 0);
@@ -231,7 +233,7 @@ class TopicRobot final : public toolbox::RobotConnection {
         target_ = references;
         found->second.end->send({target_.data(), static_cast<std::size_t>(n_)}, duration);
         if (mode != ControlMode::position) target_.resize(0);
-        is_written_ = true;
+        is_written_ = is_driver_ = true;
         return true;
     }
     const ErrorText& error() const noexcept override { return error_; }
@@ -314,6 +316,7 @@ class TopicRobot final : public toolbox::RobotConnection {
             if (const auto found = outputs_.find(*mode_); found != outputs_.end()) {
                 target_.setZero(n_);
                 found->second.end->send({target_.data(), static_cast<std::size_t>(n_)}, 0);
+                is_driver_ = true;
             }
         target_.resize(0);
         mode_.reset();
@@ -340,6 +343,7 @@ class TopicRobot final : public toolbox::RobotConnection {
     Bell bell_{};
     double due_ = 0;          ///< time to which a robot that is stepped is to go, s
     bool is_written_ = false; ///< a command, since it went on
+    bool is_driver_ = false;  ///< it has commanded or stepped the robot
     std::optional<ControlMode> mode_;
     VectorXd target_;
     double speed_ = usual_speed;

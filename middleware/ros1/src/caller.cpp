@@ -17,7 +17,8 @@ bool Caller::has_server() noexcept {
         arguments[0] = ros::this_node::getName();
         arguments[1] = name_;
         // roscpp would wait for a master that does not answer for ever.
-        if (!ask({ros::master::getHost(), ros::master::getPort()}, "lookupService", arguments, 1))
+        if (!ask({ros::master::getHost(), ros::master::getPort()}, "lookupService", arguments, 1,
+                 Asked::also_behind_an_interrupt))
             return false;
         auto link =
             ros::ServiceManager::instance()->createServiceServerLink(name_, true, type_.md5, type_.md5, {});

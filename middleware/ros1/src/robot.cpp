@@ -152,6 +152,17 @@ class Topics final : public middleware::RobotTopics {
         step_->ask();
         return true;
     }
+    void let_go() noexcept override try {
+        std::atomic<bool> is_answered{false};
+        Asker release(node_.resolve("robot/release"), "std_srvs/Trigger",
+                      [&](bool, const std::string&) { is_answered = true; });
+        release.begin();
+        release.ask();
+        for (const double end = middleware::now() + longest_farewell;
+             !is_answered && middleware::now() < end;)
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    } catch (const std::exception&) { // it is told by the end of its topics alone
+    }
 
   private:
     void tell(const std::string& why) {

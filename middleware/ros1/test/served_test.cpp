@@ -151,6 +151,32 @@ TEST_F(Ros1Served, IsLedInLockstepByADiagramToTheSameNumbers) {
     }
 }
 
+TEST_F(Ros1Served, TellsThatItsControllerHasLeftWhichEndsInOrder) {
+    for (const std::string way : {"", "--realtime --priority 0 --overrun skip --watchdog 0"})
+        for (const std::string mode : {"Torque", "Position", ""}) {
+            if (!way.empty() && mode.empty()) continue; // who only looks neither comes nor leaves
+            Serving served("/left_by", way);
+            const std::string drive =
+                "  c: {block: Constant, value: [0 0 0]}\n  drive: {block: WholeBodyToolbox/SetReferences, "
+                "control_type: " +
+                mode + "}\n";
+            Program run({BF_PROGRAM, "run",
+                         served.folder().write(
+                             "drive.yaml",
+                             diagram(icub +
+                                         "  world: {block: Ros1/Robot, period: 0.001, namespace: /left_by, "
+                                         "start_timeout: 60" +
+                                         (way.empty() ? ", step_size: 0.001}\n" : "}\n") +
+                                         (mode.empty() ? "" : drive),
+                                     mode.empty() ? "" : "  c: drive\n", "Ros1")),
+                         "--stop", "Inf", "--quiet"});
+            expect_contains(served.line(), "serves the ");
+            expect_contains(served.line(), "a controller has come");
+            EXPECT_EQ(run.end(SIGINT), 130);
+            expect_contains(served.line(), "the controller has left; its joints hold");
+        }
+}
+
 TEST_F(Ros1Served, EndsItsDiagramWhereItsServerDies) {
     auto served = std::make_unique<Serving>("/dies");
     Running run(diagram(icub + "  world: {block: Ros1/Robot, period: 0.001, namespace: /dies, start_timeout: "

@@ -158,6 +158,10 @@ Publisher::~Publisher() {
 void Publisher::publish(const void* message) noexcept {
     if (rcl_publish(&handle_, message, nullptr) != RCL_RET_OK) rcl_reset_error();
 }
+void Publisher::wait_until_heard(double longest) const noexcept {
+    const auto most = static_cast<rcl_duration_value_t>(std::max(longest, 0.0) * 1e9);
+    if (rcl_publisher_wait_for_all_acked(&handle_, most) != RCL_RET_OK) rcl_reset_error();
+}
 int Publisher::readers() const noexcept {
     std::size_t count = 0;
     ignore(rcl_publisher_get_subscription_count(&handle_, &count));

@@ -94,6 +94,8 @@ class Publisher {
     ~Publisher();
     /// From any one thread that is no step.
     void publish(const void* message) noexcept;
+    /// Waits until its readers have what was published, at most `longest` s.
+    void wait_until_heard(double longest) const noexcept;
     int readers() const noexcept;
     int others() const noexcept; ///< publishers of the topic besides this one
 

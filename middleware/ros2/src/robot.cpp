@@ -1,18 +1,21 @@
 #include "robot.hpp"
 
+#include "bf/middleware/clock.hpp"
 #include "messages.hpp"
 
 #include <Eigen/Core>
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <mutex>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <vector>
 
 namespace bf::ros2 {
 
-using middleware::JointStates;
+using middleware::JointStates, middleware::now;
 
 namespace {
 
@@ -65,11 +68,14 @@ class Topics final : public middleware::RobotTopics {
     void open() override {
         node_.open();
         tell("");
+        is_released_ = false;
+        release_ = messages::trigger(node_, "robot/release",
+                                     [this](bool, const std::string&) { is_released_ = true; });
     }
     void close() noexcept override {
         node_.close();
         sent_to_.clear();
-        step_ = {};
+        step_ = release_ = {};
     }
     std::string refusal() const override {
         const std::lock_guard lock(mutex_);
@@ -153,6 +159,13 @@ class Topics final : public middleware::RobotTopics {
                 (*answer == bad ? refusal() : "its service 'robot/pause' does not answer"));
     }
     bool step() noexcept override { return step_.send(); }
+    void let_go() noexcept override {
+        if (!release_.client || !release_.has_server()) return;
+        const double end = now() + longest_farewell;
+        for (const auto& each : sent_to_) each->wait_until_heard(end - now());
+        if (!release_.send()) return;
+        while (!is_released_ && now() < end) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
 
   private:
     template <class T, class Taken>
@@ -174,7 +187,8 @@ class Topics final : public middleware::RobotTopics {
     const Quality newest_;
     /// They stay until the node ends: where messages are lost, the last command is sent again.
     std::vector<std::shared_ptr<Publisher>> sent_to_;
-    messages::Call step_;
+    messages::Call step_, release_;
+    std::atomic<bool> is_released_{false};
     mutable std::mutex mutex_;
     std::string why_not_; ///< it did no step; with the lock
 };

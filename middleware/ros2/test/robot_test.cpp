@@ -7,6 +7,7 @@
 #include "served.hpp"
 
 #include <cmath>
+#include <optional>
 
 namespace bf::ros2::test {
 namespace {
@@ -25,10 +26,10 @@ std::unique_ptr<middleware::RobotEnd> end_in(const std::string& name_space, bool
 }
 /// A served robot whose time goes by the clock.
 struct InRealTime : Served {
-    explicit InRealTime(const std::string& name_space)
+    explicit InRealTime(const std::string& name_space, double watchdog = 0.2)
         : Served(end_in(name_space, false),
                  diagram(icub + icub_world + "  sync: {block: WholeBodyToolbox/RealTimeSynchronizer}\n"),
-                 {.waits = false}) {
+                 {.waits = false, .watchdog = watchdog}) {
         run();
     }
 };
@@ -252,6 +253,51 @@ TEST_F(Ros2Robot, SaysWhatIsMissing) {
     for (int k = 0; k < 5000 && deaf.step(); ++k) continue;
     expect_contains(deaf.simulation.failure(),
                     "ROS 2 robot in the namespace /icub: it refuses the mode Torque");
+}
+
+TEST_F(Ros2Served, TellsThatItsControllerHasLeftWhichEndsInOrder) {
+    for (const bool is_led : {true, false})
+        for (const std::string mode : {"Torque", "Position", ""}) {
+            std::optional<InRealTime> by_the_clock;
+            std::optional<Served> led;
+            Served& served = is_led ? led.emplace(end_in("/icub", true), diagram(icub + icub_world))
+                                    : by_the_clock.emplace("/icub", 0);
+            if (is_led) led->run();
+            const std::string drive =
+                "  c: {block: Constant, value: [0 0 0]}\n  drive: {block: WholeBodyToolbox/SetReferences, "
+                "control_type: " +
+                mode + "}\n";
+            Running run(remote(mode.empty() ? "" : drive, mode.empty() ? "" : "  c: drive\n",
+                               is_led ? ", step_size: 0.001" : ""));
+            for (int k = 0; k < 50; ++k) {
+                ASSERT_TRUE(run.step()) << run.simulation.failure();
+            }
+            run.simulation.stop();
+            std::string events;
+            for (int k = 0; k < 300 && events.find("left") == std::string::npos; ++k, usleep(10'000))
+                if (const auto next = served.events(); !next.empty())
+                    events += (events.empty() ? "" : " ") + next;
+            usleep(300'000); // its topics go, too
+            EXPECT_EQ(events + served.events(), is_led || !mode.empty() ? "came left" : "")
+                << mode << (is_led ? " led" : "") << ": who only looks neither comes nor leaves";
+        }
+}
+
+TEST_F(Ros2Served, TellsThatItsControllerHasDiedWhichIsKilled) {
+    Served served(end_in("/icub", true), diagram(icub + icub_world));
+    served.run();
+    const Folder folder;
+    Program run({BF_PROGRAM, "run", folder.write("look.yaml", remote("", "", ", step_size: 0.001")), "--stop",
+                 "Inf", "--quiet"});
+    std::string events;
+    const auto wait_for = [&](const std::string& event) {
+        for (int k = 0; k < 6000 && events.find(event) == std::string::npos; ++k, usleep(10'000))
+            events += served.events();
+    };
+    wait_for("came");
+    run.end(SIGKILL);
+    wait_for("died");
+    EXPECT_EQ(events, "camedied");
 }
 
 TEST_F(Ros2Served, IsSteppedByEachCommandOfAProgramThatIsNotOurs) {

@@ -60,6 +60,10 @@ class RobotTopics {
     virtual void halt(double end);
     /// Asks it for a step, which has no answer; false: it is not asked.
     virtual bool step() noexcept { return false; }
+    /// Tells a robot that listens to it that no command follows, behind the last one, and waits until it is
+    /// heard, at most `longest_farewell` s, in an interrupt, too.
+    virtual void let_go() noexcept {}
+    static constexpr double longest_farewell = 1;
 };
 
 /// What controllers listen to; empty: there is none.

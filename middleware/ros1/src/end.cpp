@@ -1,9 +1,13 @@
 // A robot of ours that programs of ROS 1 drive.
 #include "bf/middleware/topic_end.hpp"
 #include "draft.hpp"
+#include "master.hpp"
 #include "robot.hpp"
 
+#include <algorithm>
 #include <atomic>
+#include <ros/network.h>
+#include <ros/xmlrpc_manager.h>
 #include <utility>
 
 namespace bf::ros1 {
@@ -111,10 +115,18 @@ class ServedTopics final : public middleware::ServedTopics {
             for (const auto& each : *list) all += each.topic->readers();
         return all;
     }
-    int writers() const noexcept override {
+    int writers() const noexcept override try {
         int all = 0;
         for (const auto& each : commands_) all += static_cast<int>(each->getNumPublishers());
-        return all;
+        const double time = middleware::now();
+        if (all == 0 || time - heard_ < silence) return all;
+        if (time - looked_ > silence) {
+            looked_ = time;
+            killed_ = killed();
+        }
+        return all - killed_;
+    } catch (const XmlRpc::XmlRpcException&) { // what roscpp tells of itself is something else
+        return 1;
     }
     /// The master ends a node when another one of its name comes.
     bool has_double() const noexcept override { return !ros::ok(); }
@@ -128,14 +140,18 @@ class ServedTopics final : public middleware::ServedTopics {
               std::function<void(const MessageType&, const Message&)> taken) {
         commands_.push_back(node_.hear(
             {topic, type, depth},
-            [type, taken = std::move(taken)](const Message& message) { taken(*type, message); },
+            [this, type, taken = std::move(taken)](const Message& message) {
+                heard_ = middleware::now();
+                taken(*type, message);
+            },
             [this](const std::string&) { ++strangers_; }));
     }
     template <class F> void offer(const std::string& name, const char* type, F&& answer) {
         const auto its = ServiceType::find(type);
         services_.push_back(node_.offer(
             "robot/" + name, its,
-            [its, answer = std::forward<F>(answer)](const Message& request, Message& response) mutable {
+            [this, its, answer = std::forward<F>(answer)](const Message& request, Message& response) mutable {
+                heard_ = middleware::now();
                 bool is_done = false;
                 const std::string why = answer(*its.request, request, is_done);
                 const double number = is_done;
@@ -144,7 +160,30 @@ class ServedTopics final : public middleware::ServedTopics {
             }));
     }
 
+    /// roscpp counts a program that was killed, as it tries to reach it for ever. How many of those who send
+    /// commands are such?
+    int killed() const {
+        XmlRpc::XmlRpcValue caller;
+        caller[0] = ros::this_node::getName();
+        // Of each connection: number, address of the other node, direction, transport, topic, ...
+        auto all = ask({ros::network::getHost(), ros::XMLRPCManager::instance()->getServerPort()},
+                       "getBusInfo", caller, 1);
+        int count = 0;
+        for (int i = 0; all && i < all->size(); ++i) {
+            const auto text = [&](int part) { return static_cast<std::string>((*all)[i][part]); };
+            const auto is_its = [&](const auto& each) { return each->getTopic() == text(4); };
+            Address its{};
+            count += text(2) == "i" && std::ranges::any_of(commands_, is_its) &&
+                     ros::network::splitURI(text(1), its.host, its.port) && is_refused(its);
+        }
+        return count;
+    }
+
+    static constexpr double silence = 1; ///< s without a command or call until it looks for killed programs
     Node node_;
+    std::atomic<double> heard_{0}; ///< when the last one came, s
+    mutable double looked_ = 0;    ///< in the thread that sends, as the next
+    mutable int killed_ = 0;
     Draft joint_{"sensor_msgs/JointState"}, time_{"rosgraph_msgs/Clock"},
         wrench_{"geometry_msgs/WrenchStamped"}, imu_{"sensor_msgs/Imu"};
     std::shared_ptr<Publisher> joints_, clock_;

@@ -3,9 +3,13 @@
 #include "bf/core/interrupt.hpp"
 #include "bf/middleware/clock.hpp"
 
+#include <cerrno>
 #include <cstdlib>
+#include <poll.h>
 #include <ros/network.h>
 #include <stdexcept>
+#include <sys/socket.h>
+#include <xmlrpcpp/XmlRpcSocket.h>
 
 namespace bf::ros1 {
 
@@ -25,6 +29,22 @@ void require_master(const Address& master, const std::string& caller) {
         throw std::runtime_error("no master of ROS 1 answers at http://" + master.host + ":" +
                                  std::to_string(master.port) +
                                  "; start roscore, or say by ROS_MASTER_URI where it is");
+}
+
+bool is_refused(const Address& whom) {
+    using Socket = XmlRpc::XmlRpcSocket;
+    const int socket = Socket::socket();
+    Socket::setNonBlocking(socket);
+    bool is = !Socket::connect(socket, whom.host, static_cast<int>(whom.port)) &&
+              Socket::getError() == ECONNREFUSED;
+    constexpr int longest = 200; // ms
+    pollfd answer{socket, POLLOUT, 0};
+    int error = 0;
+    socklen_t size = sizeof error;
+    if (!is && poll(&answer, 1, longest) == 1 && getsockopt(socket, SOL_SOCKET, SO_ERROR, &error, &size) == 0)
+        is = error == ECONNREFUSED;
+    Socket::close(socket);
+    return is;
 }
 
 std::optional<XmlRpc::XmlRpcValue> ask(const Address& whom, const char* method,

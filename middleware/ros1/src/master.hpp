@@ -26,6 +26,9 @@ std::optional<XmlRpc::XmlRpcValue> ask(const Address& whom, const char* method,
                                        const XmlRpc::XmlRpcValue& arguments, double longest,
                                        Asked how = Asked::until_an_interrupt);
 
+/// Does its computer say that no program listens there? One that hangs is there.
+bool is_refused(const Address& whom);
+
 /// Throws std::runtime_error: no master answers there. `caller` is the name of who asks.
 void require_master(const Address& master, const std::string& caller);
 

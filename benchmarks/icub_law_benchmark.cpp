@@ -1,10 +1,12 @@
 // The equations of the balancing controller alone: its standard blocks, fed with what the blocks of plugins
-// gave in a run. Generated code beside the engine, and beside the same law written by hand with Eigen.
+// gave in a run. Generated code beside the engine, beside the same law written by hand with Eigen, and beside
+// its products of matrices and solutions of equations alone, whose kernels the engine and generated code
+// share.
 #include "part_of_diagram.hpp"
-#include "session.hpp"
 
 #include "bf/codegen/generate.hpp"
 #include "bf/engine/simulation.hpp"
+#include "bf/library/load.hpp"
 
 #include <benchmark/benchmark.h>
 
@@ -25,15 +27,33 @@ bool is_law(const bf::DiagramNode& node) {
     return node.path.starts_with("controller.") && node.type.find('/') == std::string::npos;
 }
 
-/// Leaves the standard blocks of the controller.
-void reduce(bf::Diagram& d) {
-    leave(d, "controller.", is_law);
-    d.name = "icub_law";
-    for (const std::string path :
-         {"limited.y", "distribution.H.y", "distribution.g.y", "distribution.C.y", "distribution.d.y",
-          "distribution.largest.y", "base.velocity.y", "base.pose.a_H_c", "references.com_r.y",
-          "references.com_dot_r.y", "references.com_ddot_r.y", "references.postures.y",
-          "references.machine.state", "references.releases.y", "references.target.y"}) {
+bool is_arithmetic(const bf::DiagramNode& node) {
+    static const std::set<std::string_view> kernels{"bf::kernels::ScalarOrMatrixProduct{}",
+                                                    "bf::kernels::CholeskySolve{}"};
+    const auto& rules = node.block->declaration().rules(bf::Phase::output);
+    return is_law(node) && !rules.empty() && kernels.contains(rules.front().kernel);
+}
+
+/// A part of the controller.
+struct Part {
+    std::string name;
+    bool (*has)(const bf::DiagramNode&);
+    std::vector<std::string> outputs;
+};
+const Part whole_law{"icub_law",
+                     is_law,
+                     {"limited.y", "distribution.H.y", "distribution.g.y", "distribution.C.y",
+                      "distribution.d.y", "distribution.largest.y", "base.velocity.y", "base.pose.a_H_c",
+                      "references.com_r.y", "references.com_dot_r.y", "references.com_ddot_r.y",
+                      "references.postures.y", "references.machine.state", "references.releases.y",
+                      "references.target.y"}};
+const Part arithmetic{"icub_arithmetic", is_arithmetic, {"torque_of_wrenches.y"}};
+
+/// Leaves the blocks of the part.
+void reduce(bf::Diagram& d, const Part& part) {
+    leave(d, "controller.", part.has);
+    d.name = part.name;
+    for (const auto& path : part.outputs) {
         const auto end = d.find_signal("controller." + path);
         if (end.node < 0) throw std::runtime_error("the controller has no signal " + path);
         d.outputs.push_back({path, end});
@@ -41,48 +61,58 @@ void reduce(bf::Diagram& d) {
 }
 
 bf::LoadedModel balancing() {
-    bf::tools::ModelOptions options;
-    options.file = BF_SOURCE_DIRECTORY "/examples/icub_balancing/balancing.yaml";
-    options.sets = {"T_control=0.001", "scenario=1"};
-    return bf::tools::load_model(options);
+    return bf::load(BF_SOURCE_DIRECTORY "/examples/icub_balancing/balancing.yaml",
+                    {{"T_control", "0.001"}, {"scenario", "1"}});
 }
 
-struct Law {
+/// A part with what it reads and computes in a run of the whole model.
+struct Model {
     bf::LoadedModel loaded = balancing();
-    std::vector<double> inputs;  ///< of all steps
-    std::vector<double> outputs; ///< what the whole model computes from them
-    fs::path folder = fs::temp_directory_path() / ("bf_icub_law_" + std::to_string(getpid()));
+    std::vector<double> inputs, outputs; ///< of all steps
 
-    Law() {
-        reduce(loaded.diagram);
-        {
-            const auto whole = balancing();
-            bf::Simulation simulation(whole.diagram);
-            Watch in(loaded.diagram.inputs), out(loaded.diagram.outputs);
-            simulation.add_observer(in);
-            simulation.add_observer(out);
-            simulation.start();
-            for (int k = 0; k < steps; ++k)
-                if (!simulation.step()) throw std::runtime_error(simulation.failure());
-            inputs = std::move(in.values);
-            outputs = std::move(out.values);
-        }
-        const auto files = bf::codegen::generate(loaded.diagram);
+    explicit Model(const Part& part) {
+        reduce(loaded.diagram, part);
+        const auto whole = balancing();
+        bf::Simulation simulation(whole.diagram);
+        Watch in(loaded.diagram.inputs), out(loaded.diagram.outputs);
+        simulation.add_observer(in);
+        simulation.add_observer(out);
+        simulation.start();
+        for (int k = 0; k < steps; ++k)
+            if (!simulation.step()) throw std::runtime_error(simulation.failure());
+        inputs = std::move(in.values);
+        outputs = std::move(out.values);
+    }
+    /// The generated project, and the inputs beside it.
+    bf::codegen::Files write(const fs::path& folder) const {
+        auto files = bf::codegen::generate(loaded.diagram);
         bf::codegen::write(files, folder);
         std::ofstream(folder / "inputs", std::ios::binary)
             .write(reinterpret_cast<const char*>(inputs.data()),
                    static_cast<std::streamsize>(inputs.size() * sizeof(double)));
+        return files;
+    }
+};
+
+struct Law {
+    Model whole{whole_law}, arithmetic{::arithmetic};
+    fs::path folder = fs::temp_directory_path() / ("bf_icub_law_" + std::to_string(getpid()));
+
+    Law() {
+        const auto files = whole.write(folder);
+        arithmetic.write(folder / "arithmetic");
         // The flags of the generated project for its code; plain -O3 for what is written by hand.
         const std::string& project = files.at("CMakeLists.txt");
         const std::string before = "CMAKE_CXX_FLAGS_RELEASE \"";
         const auto at = project.find(before) + before.size();
         const std::string flags = project.substr(at, project.find('"', at) - at);
         const std::string source = BF_SOURCE_DIRECTORY "/benchmarks/icub_law/";
-        execute("c++ -std=c++17 " + flags +
-                " -ffp-contract=off -I. -Iinclude -c icub_law.cpp icub_law_tables.cpp && c++ -std=c++17 -O3 "
-                "-DNDEBUG -I. "
-                "-Iinclude -isystem " BF_EIGEN " " +
-                source + "driver.cpp " + source + "hand_law.cpp icub_law.o icub_law_tables.o -o driver");
+        const std::string include = " -I. -Iarithmetic -Iinclude ";
+        execute("c++ -std=c++17 " + flags + " -ffp-contract=off" + include +
+                "-c icub_law.cpp icub_law_tables.cpp arithmetic/icub_arithmetic.cpp "
+                "arithmetic/icub_arithmetic_tables.cpp && c++ -std=c++17 -O3 -DNDEBUG" +
+                include + "-isystem " BF_EIGEN " " + source + "driver.cpp " + source +
+                "hand_law.cpp *.o -o driver");
     }
     ~Law() { fs::remove_all(folder); }
     void execute(const std::string& command) const {
@@ -97,7 +127,7 @@ struct Law {
 };
 
 void engine(benchmark::State& state) {
-    const Law& law = Law::made();
+    const Model& law = Law::made().whole;
     const auto& diagram = law.loaded.diagram;
     bf::Simulation simulation(diagram);
     simulation.start();
@@ -117,28 +147,34 @@ void engine(benchmark::State& state) {
     state.SetItemsProcessed(state.iterations() * steps);
 }
 
-/// One of the two times that the driver prints.
+/// One of the times that the driver prints.
 void driver(benchmark::State& state, int which) {
     const Law& law = Law::made();
     for (auto _ : state) {
         law.execute("./driver > times");
         std::ifstream stream(law.folder / "times");
-        double nanoseconds[2] = {};
-        stream >> nanoseconds[0] >> nanoseconds[1];
+        double nanoseconds[3] = {};
+        for (double& time : nanoseconds) stream >> time;
         state.SetIterationTime(nanoseconds[which] * 1e-9);
     }
-    std::vector<double> outputs(law.outputs.size());
-    std::ifstream(law.folder / "outputs", std::ios::binary)
-        .read(reinterpret_cast<char*>(outputs.data()),
-              static_cast<std::streamsize>(outputs.size() * sizeof(double)));
-    if (outputs != law.outputs)
-        throw std::runtime_error("generated code does not compute what the model does");
+    const auto compare = [&](const char* file, const std::vector<double>& expected) {
+        std::vector<double> outputs(expected.size());
+        std::ifstream(law.folder / file, std::ios::binary)
+            .read(reinterpret_cast<char*>(outputs.data()),
+                  static_cast<std::streamsize>(outputs.size() * sizeof(double)));
+        if (outputs != expected)
+            throw std::runtime_error("generated code does not compute what the model does");
+    };
+    compare("outputs", law.whole.outputs);
+    compare("arithmetic/outputs", law.arithmetic.outputs);
 }
 void generated(benchmark::State& state) { driver(state, 0); }
 void hand(benchmark::State& state) { driver(state, 1); }
+void arithmetic_alone(benchmark::State& state) { driver(state, 2); }
 
 } // namespace
 
 BENCHMARK(engine)->Name("codegen.icub_law/engine");
 BENCHMARK(generated)->Name("codegen.icub_law/generated")->UseManualTime()->Iterations(3);
 BENCHMARK(hand)->Name("codegen.icub_law/hand")->UseManualTime()->Iterations(3);
+BENCHMARK(arithmetic_alone)->Name("codegen.icub_law/arithmetic")->UseManualTime()->Iterations(3);

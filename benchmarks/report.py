@@ -31,6 +31,7 @@ ROWS = [
     ("codegen.vector23_block", "ns", "codegen.vector23_block", "engine.vector23_block", "<= 10 ns"),
     ("codegen.compile_1000_blocks", "s", "codegen.compile_1000_blocks", "codegen.compile_1000_blocks/three_blocks", "< 15 s"),
     ("codegen.icub_vs_engine", "us", "codegen.icub_law/generated", "codegen.icub_law/engine", "<= 0.5 x"),
+    ("codegen.icub_arithmetic", "us", "codegen.icub_law/arithmetic", "codegen.icub_law/engine", ""),
     ("codegen.icub_vs_hand", "us", "codegen.icub_law/generated", "codegen.icub_law/hand", "<= 1.2 x"),
     ("toolbox.whole_body_step", "us", "toolbox.whole_body_step/diagram", "toolbox.whole_body_step/bare_pinocchio", "<= 1.05 x"),
     ("toolbox.whole_body_step_30", "us", "toolbox.whole_body_step_30/diagram", "toolbox.whole_body_step_30/bare_pinocchio", "<= 1.05 x"),

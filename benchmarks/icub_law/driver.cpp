@@ -1,7 +1,8 @@
 // Runs the generated law and the one written by hand on the file `inputs`: writes what the first gives to
 // `outputs`, checks that the second gives the same but for rounding, and prints the time of a step of each
-// [ns].
+// [ns]. Behind them the time of the generated products and solutions alone, in the folder `arithmetic`.
 #include "hand_law.hpp"
+#include "icub_arithmetic.hpp"
 
 #include <chrono>
 #include <cmath>
@@ -26,14 +27,34 @@ template <class F> double nanoseconds(std::size_t steps, F&& all) {
     return best;
 }
 
+template <class Inputs> std::vector<Inputs> read(const char* file) {
+    std::ifstream stream(file, std::ios::binary | std::ios::ate);
+    std::vector<Inputs> inputs(static_cast<std::size_t>(stream.tellg()) / sizeof(Inputs));
+    stream.seekg(0).read(reinterpret_cast<char*>(inputs.data()),
+                         static_cast<std::streamsize>(inputs.size() * sizeof(Inputs)));
+    return inputs;
+}
+
+/// Of a step whose inputs stay where they are.
+double time_of_arithmetic() {
+    const auto inputs = read<IcubArithmetic::Inputs>("arithmetic/inputs");
+    const auto law = std::make_unique<IcubArithmetic>();
+    if (!law->initialize()) return NAN;
+    std::ofstream outputs("arithmetic/outputs", std::ios::binary);
+    for (const auto& in : inputs) {
+        law->inputs = in;
+        if (!law->step()) return NAN;
+        outputs.write(reinterpret_cast<const char*>(&law->outputs), sizeof law->outputs);
+    }
+    return nanoseconds(inputs.size(), [&] {
+        for (std::size_t k = 0; k < inputs.size(); ++k) law->step();
+    });
+}
+
 } // namespace
 
 int main() {
-    std::ifstream stream("inputs", std::ios::binary | std::ios::ate);
-    std::vector<IcubLaw::Inputs> inputs(static_cast<std::size_t>(stream.tellg()) / sizeof(IcubLaw::Inputs));
-    stream.seekg(0).read(reinterpret_cast<char*>(inputs.data()),
-                         static_cast<std::streamsize>(inputs.size() * sizeof(IcubLaw::Inputs)));
-
+    const auto inputs = read<IcubLaw::Inputs>("inputs");
     const auto law = std::make_unique<IcubLaw>();
     HandLaw hand(law->parameters);
     const auto out = std::make_unique<IcubLaw::Outputs>();
@@ -66,6 +87,6 @@ int main() {
     const double by_hand = nanoseconds(inputs.size(), [&] {
         for (const auto& in : inputs) hand.step(in, *out);
     });
-    std::printf("%.3f %.3f\n", generated, by_hand);
+    std::printf("%.3f %.3f %.3f\n", generated, by_hand, time_of_arithmetic());
     return 0;
 }

@@ -138,7 +138,6 @@ template <class T> void read(const Json& json, T& value) {
         value.reset();
         if (!json.is_null()) read(json, value.emplace());
     } else if constexpr (requires { value.push_back(value[0]); }) {
-        value.clear();
         for (const auto& item : json) read(item, value.emplace_back());
     } else if constexpr (requires { typename T::mapped_type; }) {
         for (const auto& [name, item] : json.items()) read(item, value[name]);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <cstring>
 #include <type_traits>
 
@@ -71,6 +72,28 @@ template <class Kernel, class... X> auto run_widest(const Kernel& kernel, const 
 #endif
     return kernel.template run<detail::widest>(x...);
 }
+
+namespace detail {
+/// Are C elements 0, `next` apart? Asked of their bits at once, as comparisons of numbers take longer than
+/// the products that zeros save.
+template <int C, class T> constexpr bool are_zero(const T* x, int next) noexcept {
+    if constexpr (std::is_same_v<T, double> || std::is_same_v<T, float>) {
+        using Bits = std::conditional_t<sizeof(T) == 8, std::uint64_t, std::uint32_t>;
+        Bits any = 0;
+#pragma GCC unroll 4
+        for (int c = 0; c < C; ++c) {
+            Bits bits = 0;
+            std::memcpy(&bits, x + c * next, sizeof bits);
+            any |= bits;
+        }
+        return any << 1 == 0; // but for the sign
+    } else {
+        bool all = true;
+        for (int c = 0; c < C; ++c) all = all && x[c * next] == T(0);
+        return all;
+    }
+}
+} // namespace detail
 
 /// A function, compiled once more for the widest registers that the processor has, with the same bits.
 template <auto function> struct Widest;

@@ -2,7 +2,6 @@
 
 #include "bf/kernels/matrix.hpp"
 
-#include <cstdint>
 #include <limits>
 
 /// Inverses and linear equations. Every kernel returns false when its matrix is singular (to working
@@ -48,26 +47,6 @@ template <class A, class B> constexpr bool lu_solve(const A& a, const B& b) noex
             add_scaled(b.data + j * n, a.data + k * n, -b(k, j), k);
         }
     return regular;
-}
-
-/// Are C elements 0, `next` apart? Asked of their bits at once, as comparisons of numbers take longer than
-/// the products that zeros save.
-template <int C, class T> constexpr bool are_zero(const T* x, int next) noexcept {
-    if constexpr (std::is_same_v<T, double> || std::is_same_v<T, float>) {
-        using Bits = std::conditional_t<sizeof(T) == 8, std::uint64_t, std::uint32_t>;
-        Bits any = 0;
-#pragma GCC unroll 4
-        for (int c = 0; c < C; ++c) {
-            Bits bits = 0;
-            std::memcpy(&bits, x + c * next, sizeof bits);
-            any |= bits;
-        }
-        return any << 1 == 0; // but for the sign
-    } else {
-        bool all = true;
-        for (int c = 0; c < C; ++c) all = all && x[c * next] == T(0);
-        return all;
-    }
 }
 
 /// Factors of C columns at `depth` columns before them, b[k step + c next] d[k d_step], without the k where

@@ -16,12 +16,13 @@ test: build
 	scripts/deps test
 	ctest --test-dir $(BUILD) --output-on-failure -j2
 
-# A thousand starts and stops of each middleware that is here. The whole tree and its tests once more, with Debian's clang, a build without robots and SUNDIALS, one for aarch64, the
+# A thousand starts and stops of each middleware that is here, and their tests under sanitizers. The whole tree and its tests once more, with Debian's clang, a build without robots and SUNDIALS, one for aarch64, the
 # Python package, and published pages with the site of the documentation.
 check-all: build
 	scripts/deps test
 	for test in $(wildcard $(foreach m,shared_memory udp yarp ros1 ros2,$(BUILD)/bin/bf_$(m)_test)); do \
 	    BF_CYCLES=1000 $$test --gtest_filter='*LeavesNothingBehind*:*LeaveNothingBehind*' || exit 1; done
+	scripts/sanitize
 	@test -f $(BUILD)/clang/build.ninja || CC=clang-14 CXX=clang++-14 cmake -S . -B $(BUILD)/clang -G Ninja -DBF_EVERY_COMPILER=ON $(CMAKE_FLAGS)
 	ninja -C $(BUILD)/clang all bf_benchmarks
 	ctest --test-dir $(BUILD)/clang --output-on-failure -j2

@@ -5,7 +5,7 @@ set(CMAKE_CXX_EXTENSIONS OFF)
 set(CMAKE_POSITION_INDEPENDENT_CODE ON)
 set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
 if(NOT CMAKE_BUILD_TYPE)
-    set(CMAKE_BUILD_TYPE Release CACHE STRING "Release, Debug or Sanitize" FORCE)
+    set(CMAKE_BUILD_TYPE Release CACHE STRING "Release, Debug, Sanitize or SanitizeThreads" FORCE)
 endif()
 
 # Interpreter and generated code must agree bit for bit, so no contraction and no fast-math anywhere.
@@ -19,6 +19,11 @@ set(CMAKE_C_FLAGS_SANITIZE "-O1 -g -fsanitize=address,undefined -fno-sanitize-re
 set(CMAKE_CXX_FLAGS_SANITIZE "${CMAKE_C_FLAGS_SANITIZE} -Wno-maybe-uninitialized")
 set(CMAKE_EXE_LINKER_FLAGS_SANITIZE "-fsanitize=address,undefined")
 set(CMAKE_SHARED_LINKER_FLAGS_SANITIZE "-fsanitize=address,undefined")
+set(CMAKE_C_FLAGS_SANITIZETHREADS "-O1 -g1 -fsanitize=thread")
+# Fences are not seen; what stands between them is atomic (bf/core/sequence_lock.hpp).
+set(CMAKE_CXX_FLAGS_SANITIZETHREADS "${CMAKE_C_FLAGS_SANITIZETHREADS} -Wno-tsan -Wno-maybe-uninitialized")
+set(CMAKE_EXE_LINKER_FLAGS_SANITIZETHREADS "-fsanitize=thread")
+set(CMAKE_SHARED_LINKER_FLAGS_SANITIZETHREADS "-fsanitize=thread")
 
 # The binary wheels were built with 16-byte Eigen alignment and plain malloc; both sides must agree.
 add_compile_definitions(EIGEN_MAX_ALIGN_BYTES=16 EIGEN_MALLOC_ALREADY_ALIGNED=1)

@@ -297,6 +297,10 @@ class Board final : public toolbox::RobotConnection {
     /// has come before.
     bool read(Measurement what, Eigen::Ref<VectorXd> values) noexcept override {
         if (what == Measurement::joint_position && !simulator_ && !look()) return told(false, "no angles");
+        return tell(what, values);
+    }
+    /// Of the newest state.
+    bool tell(Measurement what, Eigen::Ref<VectorXd> values) noexcept {
         values = newest_.measured.col(static_cast<int>(what));
         if (newest_.has[static_cast<std::size_t>(what)]) return true;
         switch (what) {
@@ -607,7 +611,7 @@ class Device final : public toolbox::RobotDevice {
     }
     void check_measurement(Measurement what) const override {
         VectorXd values(joints());
-        if (!board_.read(what, values)) throw std::runtime_error(board_.error());
+        if (!board_.tell(what, values)) throw std::runtime_error(board_.error());
     }
     void check_gains(Loop loop) const override {
         if (!board_.has_gains(loop)) throw std::runtime_error(board_.error());

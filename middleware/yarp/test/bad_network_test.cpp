@@ -150,11 +150,11 @@ TEST_F(YarpBadNetwork, IsLedInLockstepToTheSameNumbers) {
 }
 
 TEST_F(YarpBadNetwork, TellsTheAgeOfWhatCameAndThatNothingComesAnyMore) {
-    const auto served = serve_by_the_clock("3");
+    const auto served = serve_by_the_clock("6");
     says(*served, "serves the robot");
     for (const std::string carrier : carriers) {
         {
-            Running run(driving(carrier, ", timeout: 4, silence: 10", "Torque", "0 -1 0"));
+            Running run(driving(carrier, ", timeout: 10, silence: 20", "Torque", "0 -1 0"));
             double last = 0; // a moment before the last step
             for (int k = 0; k < 300; ++k) {
                 last = now();
@@ -172,12 +172,12 @@ TEST_F(YarpBadNetwork, TellsTheAgeOfWhatCameAndThatNothingComesAnyMore) {
             EXPECT_GT(age, carrier == "udp" ? 0.1 : 0) << carrier;
             expect_contains(run.simulation.failure(), "YARP robot 'icubSim': no state for ");
             EXPECT_LT(now() - cut, soon) << carrier;
-            expect_contains(says(*served, "no command"), "no command for 3 s; its joints hold");
+            expect_contains(says(*served, "no command"), "no command for 6 s; its joints hold");
             run.simulation.stop(); // comes back, whatever its thread waits for
             EXPECT_LT(now() - cut, soon) << carrier;
         }
         way->is_cut = false;
-        Running next(driving(carrier, ", timeout: 4, silence: 10", "Position Direct", "0 0 0"));
+        Running next(driving(carrier, ", timeout: 10, silence: 20", "Position Direct", "0 0 0"));
         for (int k = 0; k < 100; ++k) {
             ASSERT_TRUE(next.step()) << carrier << ": " << next.simulation.failure();
         }
@@ -186,11 +186,11 @@ TEST_F(YarpBadNetwork, TellsTheAgeOfWhatCameAndThatNothingComesAnyMore) {
 
 TEST_F(YarpBadNetwork, EndsARunWhoseServerDiesOrStallsAndTheNextOneGoesOn) {
     for (const bool is_killed : {true, false}) {
-        auto served = serve_by_the_clock("3");
+        auto served = serve_by_the_clock("6");
         says(*served, "serves the robot");
-        const std::string text = driving("udp", ", timeout: 4, silence: 10", "Torque", "0 -1 0");
+        const std::string text = driving("udp", ", timeout: 10, silence: 20", "Torque", "0 -1 0");
         {
-            Running run(driving("udp", ", timeout: 4, silence: 10, local: /first", "Torque", "0 -1 0"));
+            Running run(driving("udp", ", timeout: 10, silence: 20, local: /first", "Torque", "0 -1 0"));
             for (int k = 0; k < 300; ++k) {
                 ASSERT_TRUE(run.step()) << run.simulation.failure();
             }
@@ -211,7 +211,7 @@ TEST_F(YarpBadNetwork, EndsARunWhoseServerDiesOrStallsAndTheNextOneGoesOn) {
         expect_contains(refusal(impatient), "YARP robot 'icubSim': ");
         EXPECT_LT(now() - begin, soon);
         if (is_killed) {
-            served = serve_by_the_clock("3");
+            served = serve_by_the_clock("6");
             says(*served, "serves the robot");
         } else {
             served->signal(SIGCONT);
@@ -230,11 +230,11 @@ TEST_F(YarpBadNetwork, EndsARunWhoseServerDiesOrStallsAndTheNextOneGoesOn) {
 
 /// YARP still waits for an answer, in a thread, when the program ends.
 TEST_F(YarpBadNetwork, LeavesNoProgramThatHangs) {
-    std::string text = driving("udp", ", timeout: 4, silence: 10", "Torque", "0 -1 0");
+    std::string text = driving("udp", ", timeout: 10, silence: 20", "Torque", "0 -1 0");
     text.replace(text.find("start_timeout: 60"), 17, "start_timeout: 20");
     const std::string model = write("drives.yaml", text);
     for (const bool is_begun : {true, false}) {
-        auto served = serve_by_the_clock("3");
+        auto served = serve_by_the_clock("6");
         says(*served, "serves the robot");
         if (!is_begun) served->signal(SIGSTOP);
         OtherProgram run({"/bin/sh", "-c", "exec \"$@\" 2>&1", "sh", BF_PROGRAM, "run", model, "--stop",

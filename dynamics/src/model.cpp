@@ -156,6 +156,7 @@ std::vector<Follower> find_followers(const std::vector<std::string>& listed, con
 /// Pinocchio keeps joints and links in one list of names, a URDF in two. No name of a URDF begins like this,
 /// because XML turns line breaks of attributes into spaces.
 std::string inner_name(const std::string& joint) { return "\n" + joint; }
+std::string outer_name(const std::string& inner) { return inner.substr(1); }
 
 /// Makes `base` the root: every joint on the way turns around. A joint places its child C in its parent P by
 /// P_H_C = T R(q). The reversed joint moves a link V by C_H_V = R(-q), to which P is fixed by V_H_P = T⁻¹.
@@ -278,7 +279,7 @@ void read_limits(const urdf::ModelInterface& urdf, Model::Content& content) {
 /// Pinocchio's joint 0 is the world and joint 1 the base, which is our body 0.
 std::size_t body_of(pinocchio::JointIndex joint) { return joint - 1; }
 
-Body describe(const pinocchio::Model& tree, pinocchio::JointIndex i) {
+Body describe(const pinocchio::Model& tree, pinocchio::JointIndex i, const urdf::ModelInterface& urdf) {
     Body body;
     const pinocchio::Inertia& inertia = tree.inertias[i];
     body.mass = inertia.mass();
@@ -288,11 +289,13 @@ Body describe(const pinocchio::Model& tree, pinocchio::JointIndex i) {
     body.parent = body_of(tree.parents[i]);
     const pinocchio::SE3& placement = tree.jointPlacements[i];
     body.origin = placement.translation();
-    pinocchio::JointData joint = tree.joints[i].createData();
-    tree.joints[i].calc(joint, pinocchio::neutral(tree));
-    const Eigen::Matrix<double, 6, 1> S = joint.S().matrix(); // of one degree of freedom, own axes
-    body.turns = S.head<3>().isZero(0.0);
-    body.axis = body.turns ? S.tail<3>() : S.head<3>();
+    const urdf::Joint& joint = *urdf.joints_.at(outer_name(tree.names[i]));
+    body.turns = joint.type != urdf::Joint::PRISMATIC;
+    body.axis = Eigen::Vector3d(joint.axis.x, joint.axis.y, joint.axis.z).normalized();
+    for (int c = 0; c < 3; ++c) { // all but along x, y or z is along it, as Pinocchio has it
+        const Eigen::Vector3d unit = Eigen::Vector3d::Unit(c);
+        if (body.axis.isApprox(unit)) body.axis = unit;
+    }
     body.fixed = placement.rotation();
     if (body.turns) { // Rodrigues: R(q) = a aᵀ + cos(q) (1 - a aᵀ) + sin(q) [a]×
         const Eigen::Vector3d& a = body.axis;
@@ -304,10 +307,10 @@ Body describe(const pinocchio::Model& tree, pinocchio::JointIndex i) {
     return body;
 }
 
-void number_joints(const pinocchio::Model& tree, Model::Content& content) {
+void number_joints(const pinocchio::Model& tree, const urdf::ModelInterface& urdf, Model::Content& content) {
     const auto count = static_cast<pinocchio::JointIndex>(tree.njoints);
     for (pinocchio::JointIndex i = 1; i < count; ++i) {
-        content.bodies.push_back(describe(tree, i));
+        content.bodies.push_back(describe(tree, i, urdf));
         content.total_mass += tree.inertias[i].mass();
     }
     const auto number = [&](const std::string& name, std::size_t position) {
@@ -434,7 +437,7 @@ std::shared_ptr<Model::Content> make_content(const urdf::ModelInterfaceSharedPtr
     try {
         const pinocchio::Model tree = build(urdf, *content);
         content->name = tree.name;
-        number_joints(tree, *content);
+        number_joints(tree, *urdf, *content);
         find_eliminations(*content);
         number_frames(tree, *content);
     } catch (const std::exception& error) {

@@ -110,7 +110,7 @@ TEST_F(YarpBadNetwork, TurnsNothingRoundAndLeadsARobotToItsTarget) {
             }
             EXPECT_LE(knee, -0.8) << carrier;
             // By tcp, states wait for what is lost of those before.
-            EXPECT_GT(seen, carrier == "udp" ? 50 : 0) << carrier;
+            EXPECT_GT(seen, carrier == "udp" ? 10 : 0) << carrier;
         }
         Running run(driving(carrier, ", timeout: 20, silence: 30", "Position Direct", "0.1 -0.1 0.05"));
         const Matrix target = Eigen::Vector3d(0.1, -0.1, 0.05);

@@ -55,7 +55,7 @@ void RemoteConnection::start() {
     try {
         robot_ = link_->start(options_.start_timeout);
     } catch (const std::runtime_error& error) {
-        refuse(error.what());
+        refuse(is_interrupted() ? interrupted : error.what()); // whatever the wait was for
     }
     theirs_.clear();
     for (const auto& joint : options_.joints) {

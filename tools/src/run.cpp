@@ -47,11 +47,24 @@ nlohmann::ordered_json RunResult::to_json() const {
     return json;
 }
 
+namespace {
+/// False where a signal ended what its start waited for.
+bool starts(Simulation& simulation) {
+    try {
+        simulation.start();
+    } catch (const RunError& error) {
+        if (!without_interruption(error.what()).empty()) throw;
+        return false;
+    }
+    return true;
+}
+} // namespace
+
 RunResult run(Simulation& simulation, double stop, const RunHooks& hooks) {
     using Clock = std::chrono::steady_clock;
     const std::int64_t steps = simulation.steps_before(stop);
     simulation.leave_outputs_of_solver();
-    if (!hooks.is_started) simulation.start();
+    const bool is_started = hooks.is_started || starts(simulation);
     const std::int64_t first = simulation.steps();
     const auto begin = Clock::now();
     auto asked = begin;
@@ -60,7 +73,7 @@ RunResult run(Simulation& simulation, double stop, const RunHooks& hooks) {
     };
     // Asking after every step would cost more than a small model's step.
     std::int64_t stride = 1, next = first + 1;
-    while (simulation.steps() < steps && (!hooks.between_steps || hooks.between_steps()) &&
+    while (is_started && simulation.steps() < steps && (!hooks.between_steps || hooks.between_steps()) &&
            simulation.step()) {
         if (!hooks.go_on || simulation.steps() < next) continue;
         const auto now = Clock::now();
@@ -70,7 +83,7 @@ RunResult run(Simulation& simulation, double stop, const RunHooks& hooks) {
         asked = now;
         if (!hooks.go_on(seconds(now))) break;
     }
-    if (hooks.before_stop && simulation.failure().empty()) hooks.before_stop();
+    if (hooks.before_stop && is_started && simulation.failure().empty()) hooks.before_stop();
     RunResult result;
     result.model = simulation.diagram().name;
     result.wall = seconds(Clock::now());

@@ -161,8 +161,10 @@ RunResult run_realtime(Run& run, const RealtimeOptions& options, SimulationEditi
                          " deadlines missed");
         });
     } catch (const std::exception& error) {
-        if (server) server->end(error.what(), false);
-        throw;
+        if (!without_interruption(error.what()).empty()) { // else its start was waiting
+            if (server) server->end(error.what(), false);
+            throw;
+        }
     }
     warn();
 

@@ -25,7 +25,9 @@ Address master_of_environment() {
 void require_master(const Address& master, const std::string& caller) {
     XmlRpc::XmlRpcValue arguments;
     arguments[0] = caller;
-    if (!ask(master, "getPid", arguments, 5))
+    const bool answers = ask(master, "getPid", arguments, 5).has_value();
+    if (!answers && is_interrupted()) throw std::runtime_error(interrupted);
+    if (!answers)
         throw std::runtime_error("no master of ROS 1 answers at http://" + master.host + ":" +
                                  std::to_string(master.port) +
                                  "; start roscore, or say by ROS_MASTER_URI where it is");

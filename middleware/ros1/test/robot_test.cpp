@@ -1,4 +1,5 @@
 // A robot behind topics, which is a program of rospy.
+#include "bf/core/interrupt.hpp"
 #include "cycles.hpp"
 #include "heap.hpp"
 #include "master.hpp"
@@ -70,6 +71,25 @@ TEST_F(Ros1Robot, HasSensorsAndItsOwnTime) {
     EXPECT_NEAR(std::remainder(run.scalar("world.time"), 0.002), 0, 1e-9) << "that of the headers";
 }
 
+TEST_F(Ros1Robot, HasTheTimeOfItsOwnJointsWhichDoesNotGoBack) {
+    const auto tells = [](const std::string& joint, const std::string& seconds) {
+        return Peer({"send", "sensor_msgs/JointState", "/times/joint_states", "200",
+                     "m.name=['" + joint + "']; m.position=m.velocity=[0.1]; m.header.stamp=rospy.Time(" +
+                         seconds + "+k//200, k%200*5000000)"});
+    };
+    Peer first = tells("hip", "100"), second = tells("knee", "50"), other = tells("elbow", "1000");
+    for (auto* peer : {&first, &second, &other}) ASSERT_EQ(peer->line(), "ready");
+    Running run(driving(", namespace: /times, use_stamps: true"));
+    double last = 0;
+    for (int k = 0; k < 100; ++k, usleep(1000)) {
+        ASSERT_TRUE(run.step()) << run.simulation.failure();
+        ASSERT_GE(run.scalar("world.time"), last);
+        last = run.scalar("world.time");
+        ASSERT_LT(last, 500);
+    }
+    EXPECT_GE(last, 100);
+}
+
 TEST_F(Ros1Robot, CostsTheStepNoHeap) {
     Peer peer({"robot", "/quick", "hip", "knee"});
     ASSERT_EQ(peer.line(), "ready");
@@ -130,6 +150,14 @@ TEST_F(Ros1Robot, TellsNotWhatWasWrongInARunBefore) {
         expect_contains(why(), "sends std_msgs/String");
     }
     expect_contains(why(), "no message came on the topic 'joint_states'");
+}
+
+TEST_F(Ros1Robot, SaysThatItsStartIsInterrupted) {
+    static const volatile std::sig_atomic_t flag = SIGINT;
+    look_for_interrupt(&flag);
+    const std::string why = refusal(driving(", namespace: /nobody"));
+    look_for_interrupt(nullptr);
+    EXPECT_TRUE(why.ends_with(interrupted)) << why;
 }
 
 TEST_F(Ros1Robot, IsRefusedWhereItIsNotThereOrAnother) {

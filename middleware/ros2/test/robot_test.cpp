@@ -1,4 +1,5 @@
 // Robots behind topics: ours that rclpy drives, and theirs that diagrams drive.
+#include "bf/core/interrupt.hpp"
 #include "bf/middleware/served_robot.hpp"
 #include "bf/middleware/topic_robot.hpp"
 #include "cycles.hpp"
@@ -230,6 +231,14 @@ TEST_F(Ros2Robot, LeavesNothingBehindHoweverOftenBothSidesStart) {
             ASSERT_TRUE(run.step()) << run.simulation.failure();
         }
     });
+}
+
+TEST_F(Ros2Robot, SaysThatItsStartIsInterrupted) {
+    static const volatile std::sig_atomic_t flag = SIGINT;
+    look_for_interrupt(&flag);
+    const std::string why = refusal(remote(""));
+    look_for_interrupt(nullptr);
+    EXPECT_TRUE(why.ends_with(interrupted)) << why;
 }
 
 TEST_F(Ros2Robot, SaysWhatIsMissing) {

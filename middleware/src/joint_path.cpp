@@ -14,7 +14,10 @@ JointPath::JointPath(const JointTrajectory& message, const std::vector<std::stri
         if (found == joints.end())
             throw std::runtime_error("a trajectory names '" + name + "', but the joints are " +
                                      name_list(joints));
-        joints_.push_back(found - joints.begin());
+        const Eigen::Index number = found - joints.begin();
+        if (std::ranges::find(joints_, number) != joints_.end())
+            throw std::runtime_error("a trajectory names '" + name + "' twice");
+        joints_.push_back(number);
     }
     const auto n = static_cast<Eigen::Index>(joints_.size());
     if (n == 0 || message.points.empty()) throw std::runtime_error("a trajectory has no joints or no points");

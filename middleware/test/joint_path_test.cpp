@@ -54,6 +54,7 @@ TEST(JointPath, RefusesWhatIsNone) {
         return "";
     };
     EXPECT_EQ(why(trajectory({"c"}, {{1, 0, 0}}, false)), "a trajectory names 'c', but the joints are a, b");
+    EXPECT_EQ(why(trajectory({"a", "b", "a"}, {{1, 0, 0}}, false)), "a trajectory names 'a' twice");
     EXPECT_EQ(why(trajectory({"a"}, {}, false)), "a trajectory has no joints or no points");
     EXPECT_EQ(why(trajectory({"a"}, {{1, 0, 0}, {1, 0, 0}}, false)),
               "the times of a trajectory's points do not grow");

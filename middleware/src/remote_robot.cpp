@@ -86,6 +86,7 @@ void RemoteConnection::start() {
     is_open_ = true;
     is_begun_ = is_driven_ = has_come_ = false;
     back_from_.reset();
+    ahead_from_.reset();
     const double end = now() + options_.start_timeout;
     // Gains come on their own, and a step that reads them does not wait.
     bool has_state = false,
@@ -125,6 +126,9 @@ bool RemoteConnection::take() noexcept {
     Stamp stamp;
     if (!link_->take_state(state_.data(), stamp)) return false;
     if (has_come_ && time() < before) back_from_ = before; // links give nothing that is older
+    // A robot that is not led has its own clock, which goes on while this program stands still.
+    if (has_come_ && !robot_.waits && time() - before > options_.timeout + std::max(stamp.time - came_, 0.0))
+        ahead_from_ = before;
     has_come_ = true;
     came_ = stamp.time;
     asked_ = 0;
@@ -143,8 +147,11 @@ bool RemoteConnection::refresh() noexcept {
     const double due = begin_ + static_cast<double>(steps_) * period_ - std::min(period_, robot_.period) / 2;
     for (const double began = now();;) {
         if (is_interrupted()) return fail("%s", interrupted);
+        if (options_.follows && ahead_from_)
+            return fail("its time jumped ahead from t = %.3f s to t = %.3f s; start this run anew",
+                        *ahead_from_, time());
         const bool is_due = !options_.follows || time() >= due;
-        if (is_due && (options_.follows || silence() < options_.timeout)) return true;
+        if (is_due && silence() < options_.timeout) return true;
         if (!is_fitting()) return false;
         if (link_->is_gone())
             return fail("%s %s; the last state is of t = %g s", server_.c_str(), link_->how_gone(), time());
@@ -152,7 +159,7 @@ bool RemoteConnection::refresh() noexcept {
             return fail("its time went back from t = %g s to t = %g s, so it has begun again; start this run "
                         "anew",
                         *back_from_, time());
-        if (!options_.follows || now() - began > options_.timeout)
+        if (silence() > options_.timeout || now() - began > options_.timeout)
             return fail("no state for %g s, the last one is of t = %g s; look whether %s stands still, or "
                         "raise timeout",
                         std::max(silence(), options_.follows ? now() - began : 0), time(), server_.c_str());

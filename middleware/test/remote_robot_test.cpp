@@ -3,16 +3,19 @@
 #include "bf/middleware/remote_robot.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <gtest/gtest.h>
+#include <thread>
 
 namespace bf::middleware::test {
 namespace {
 
 /// A robot of one joint whose clock tells the time since 1970, as seconds and nanoseconds, and goes on by a
-/// millisecond in each state, from some state on by some milliseconds ahead of that.
+/// millisecond in each state, from some state on by some milliseconds ahead of that, until it stands still.
 class ClockLink final : public RobotLink {
   public:
-    explicit ClockLink(int is_ahead_from, int ahead = 5) : is_ahead_from_(is_ahead_from), ahead_(ahead) {}
+    explicit ClockLink(int is_ahead_from, int ahead = 5, int states = 1'000'000)
+        : is_ahead_from_(is_ahead_from), ahead_(ahead), all_(states) {}
     RobotDescription start(double) override {
         RobotDescription robot;
         robot.joints = {"knee"};
@@ -24,6 +27,7 @@ class ClockLink final : public RobotLink {
     }
     void stop() noexcept override {}
     bool take_state(double* state, Stamp& stamp) noexcept override {
+        if (states_ == all_) return false;
         const int step = std::max(states_ - 1, 0); // the start takes a state, too
         const int ms = step + (step >= is_ahead_from_ ? ahead_ : 0);
         state[RobotLayout::time] = 1'795'000'000 + ms / 1000 + ms % 1000 * 1'000'000 / 1e9;
@@ -38,7 +42,7 @@ class ClockLink final : public RobotLink {
     const std::string& name() const noexcept override { return name_; }
 
   private:
-    const int is_ahead_from_, ahead_;
+    const int is_ahead_from_, ahead_, all_;
     int states_ = 0;
     const std::string name_ = "clock";
 };
@@ -79,6 +83,39 @@ TEST(RemoteConnection, EndsWhereTheTimeThatLeadsItGoesBack) {
             EXPECT_NEAR(robot.drift(), -0.041, 0.002);
         }
     }
+}
+
+TEST(RemoteConnection, EndsWhereTheTimeThatLeadsItJumpsAhead) {
+    for (const int ahead : {500, 2000}) // ms, where the timeout is a second
+        for (const bool follows : {true, false}) {
+            RemoteConnection robot(std::make_unique<ClockLink>(50, ahead),
+                                   {.joints = {"knee"}, .follows = follows});
+            robot.set_period(0.001);
+            robot.start();
+            int steps = 0;
+            for (; steps < 100 && robot.begin_step(); ++steps) robot.end_step();
+            if (follows && ahead > 1000) {
+                EXPECT_EQ(steps, 50);
+                EXPECT_STREQ(robot.error(), "clock: its time jumped ahead from t = 1795000000.049 s to t = "
+                                            "1795000002.050 s; start this run anew");
+            } else {
+                EXPECT_EQ(steps, 100) << robot.error();
+            }
+        }
+}
+
+/// Steps come as fast as they can, where the robot's time is ahead of them.
+TEST(RemoteConnection, WaitsNoLongerThanItsTimeoutBehindTheLastState) {
+    RemoteConnection robot(std::make_unique<ClockLink>(10, 250, 20), {.joints = {"knee"}, .timeout = 0.3});
+    robot.set_period(0.001);
+    robot.start();
+    int steps = 0;
+    for (; steps < 300 && robot.begin_step(); ++steps) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(3));
+        robot.end_step();
+    }
+    EXPECT_LT(steps, 200) << "there is time enough of the last state";
+    EXPECT_EQ(std::string(robot.error()).substr(0, 20), "clock: no state for ");
 }
 
 } // namespace bf::middleware::test

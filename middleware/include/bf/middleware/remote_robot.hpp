@@ -118,12 +118,13 @@ class RemoteConnection final : public toolbox::RobotConnection {
     RobotLayout at_{robot_};
     std::vector<int> theirs_; ///< number of our joint i at the robot
     std::vector<double> state_, command_, settings_, gains_;
-    double period_ = 0, begin_ = 0;   ///< s; of the robot's clock when we began
-    double came_ = 0;                 ///< when the newest state was written, s
-    double asked_ = 0;                ///< when the first command after it was sent, s; 0: none was
-    std::int64_t steps_ = 0;          ///< since we began
-    double mode_command_ = 0;         ///< number of the command that set the mode
-    std::optional<double> back_from_; ///< newest time of the robot before its clock went back, s
+    double period_ = 0, begin_ = 0;    ///< s; of the robot's clock when we began
+    double came_ = 0;                  ///< when the newest state was written, s
+    double asked_ = 0;                 ///< when the first command after it was sent, s; 0: none was
+    std::int64_t steps_ = 0;           ///< since we began
+    double mode_command_ = 0;          ///< number of the command that set the mode
+    std::optional<double> back_from_;  ///< newest time of the robot before its clock went back, s
+    std::optional<double> ahead_from_; ///< the same before it jumped ahead
     bool is_open_ = false, is_begun_ = false, is_good_ = false, is_driven_ = false, has_come_ = false;
     ErrorText error_ = "the robot's block has not started";
 };

@@ -159,10 +159,16 @@ bool RemoteConnection::refresh() noexcept {
             return fail("its time went back from t = %g s to t = %g s, so it has begun again; start this run "
                         "anew",
                         *back_from_, time());
-        if (silence() > options_.timeout || now() - began > options_.timeout)
-            return fail("no state for %g s, the last one is of t = %g s; look whether %s stands still, or "
-                        "raise timeout",
-                        std::max(silence(), options_.follows ? now() - began : 0), time(), server_.c_str());
+        if (silence() > options_.timeout || now() - began > options_.timeout) {
+            const double silent = std::max(silence(), options_.follows ? now() - began : 0);
+            ErrorText why;
+            link_->say_left_out(why);
+            return why[0] != '\0'
+                       ? fail("no state for %g s, the last one is of t = %g s; %.150s", silent, time(), why)
+                       : fail("no state for %g s, the last one is of t = %g s; look whether %s stands still, "
+                              "or raise timeout",
+                              silent, time(), server_.c_str());
+        }
         link_->wait(std::min(0.05, options_.timeout));
         take();
     }

@@ -96,6 +96,10 @@ class Worker : public std::enable_shared_from_this<Worker> {
     }
     bool is_gone() noexcept { return is_done_; }
     const char* how_gone() const noexcept { return how_gone_; }
+    void say_left_out(toolbox::RobotConnection::ErrorText& text) const noexcept {
+        text[0] = '\0';
+        if (driver_.left_out) driver_.left_out(text);
+    }
     const std::string& name() const noexcept { return name_; }
 
   private:
@@ -223,6 +227,9 @@ class Threaded final : public RobotLink {
     void wait(double timeout) noexcept override { worker_->wait(timeout); }
     bool is_gone() noexcept override { return worker_->is_gone(); }
     const char* how_gone() const noexcept override { return worker_->how_gone(); }
+    void say_left_out(toolbox::RobotConnection::ErrorText& text) const noexcept override {
+        worker_->say_left_out(text);
+    }
     const std::string& name() const noexcept override { return worker_->name(); }
 
   private:

@@ -14,6 +14,7 @@
 #include <limits>
 #include <map>
 #include <mutex>
+#include <numeric>
 #include <optional>
 #include <stdexcept>
 #include <thread>
@@ -80,6 +81,9 @@ class TopicRobot final : public toolbox::RobotConnection {
         for (auto* has : {&has_velocity_, &has_effort_}) has->setConstant(n_, false);
         stamp_ = 0;
         names_.clear();
+        left_out_at_ = never;
+        is_driver_ = false;
+        has_all_joints_ = true;
         heard_.push_back(topics_->hear_states(options_.states, [this](const auto& states) { take(states); }));
         // A time that stands still brings no new state, and the newest one counts on.
         const auto stands = [this](double time) {
@@ -131,12 +135,21 @@ class TopicRobot final : public toolbox::RobotConnection {
         wait_until(std::min(end, now() + topics_->longest_search()),
                    [&] { return std::ranges::any_of(outputs_, is_heard); });
         wait_until(std::min(end, now() + 0.3), [&] { return std::ranges::all_of(outputs_, is_heard); });
+        sent_.setZero(n_);
+        std::string other;
+        const auto is_alone = [&] { return (other = topics_->other_driver()).empty(); };
+        if (!wait_until(end, is_alone))
+            throw std::runtime_error("the node '" + other +
+                                     "' sends commands to it; end it first, or wait until it is forgotten "
+                                     "where it was killed");
         if (is_stepped()) halt(end);
+        find_order();
     }
     void stop() noexcept override {
         if (!is_open_) return;
-        leave();
-        if (std::exchange(is_driver_, false)) topics_->let_go();
+        if (!left_) left_ = mode_;
+        mode_.reset();
+        let_go();
         heard_.clear();
         outputs_.clear();
         topics_->close();
@@ -151,6 +164,21 @@ class TopicRobot final : public toolbox::RobotConnection {
         const std::lock_guard lock(mutex_);
         return stamp_;
     }
+    /// Completes a sentence that says that there is no new state: why what came since is none. Empty: nothing
+    /// did.
+    void say_left_out(ErrorText& text) const noexcept {
+        const std::lock_guard lock(mutex_);
+        Eigen::Index oldest = 0;
+        const double all_came = came_.minCoeff(&oldest);
+        text[0] = '\0';
+        if (left_out_at_ > all_came)
+            std::snprintf(text, sizeof text, "what came was left out: %s", left_out_);
+        else if (came_.maxCoeff() > all_came + longest_silence)
+            std::snprintf(text, sizeof text, "what came told nothing of '%s'",
+                          options_.joints[static_cast<std::size_t>(oldest)].c_str());
+        else if (options_.is_clock && now() - all_came < longest_silence)
+            std::snprintf(text, sizeof text, "the stamps of what came did not go on from t = %.9g s", stamp_);
+    }
     double step_size() const { return options_.step_size; }
     /// Lets a robot that stands still do that many steps, and waits for what was measured then. Each command
     /// is a step, and where there is none it is asked for one.
@@ -163,7 +191,8 @@ class TopicRobot final : public toolbox::RobotConnection {
                 bell_.wait(
                     longest_step, [&] { return are_there(); }, 0);
             if (is_asked && are_there()) continue;
-            const std::string why = topics_->refusal();
+            std::string why = topics_->refusal();
+            if (ErrorText left_out; why.empty()) say_left_out(left_out), why = left_out;
             std::snprintf(error_, sizeof error_, "does not go on from t = %.9g s%s%s", time(),
                           !is_asked     ? ", as a call of its service 'robot/step' is not sent"
                           : why.empty() ? "; look at its server"
@@ -174,6 +203,7 @@ class TopicRobot final : public toolbox::RobotConnection {
         return true;
     }
     bool read(Measurement what, Eigen::Ref<VectorXd> values) noexcept override {
+        if (left_) let_go();
         if (!is_stepped() && age() > longest_silence)
             return told(false, "no state of all joints on", options_.states);
         const std::lock_guard lock(mutex_);
@@ -208,8 +238,15 @@ class TopicRobot final : public toolbox::RobotConnection {
         return names;
     }
     bool set_mode(ControlMode mode) noexcept override {
-        if (mode != mode_) leave();
+        if (mode != mode_) {
+            left_ = mode_;
+            // Joints are taken back by this mode without a reference in it; who can be asked to hold them is.
+            if (mode != ControlMode::position || !topics_->takes_joints_back()) leave();
+        }
         mode_ = mode;
+        velocities_.setZero(n_);
+        limited_ = time_of_commands() - options_.step_size;
+        if (!has_all_joints_) return told(false, "the diagram has not the joints of", options_.states);
         const auto found = outputs_.find(mode);
         // Without ways the joints stay as the robot holds them.
         if (found == outputs_.end()) return told(mode == ControlMode::position, "no topic for that mode", "");
@@ -218,11 +255,13 @@ class TopicRobot final : public toolbox::RobotConnection {
     }
     bool set_trajectory_limit(ControlMode mode, double limit) noexcept override {
         if (mode == ControlMode::position && limit > 0) speed_ = limit;
+        if (mode == ControlMode::velocity && limit > 0) acceleration_ = limit;
         return true;
     }
     bool write(ControlMode mode, const Eigen::Ref<const VectorXd>& references) noexcept override {
         const auto found = outputs_.find(mode);
         if (found == outputs_.end()) return told(false, "no topic for that mode", "");
+        left_.reset();
         double duration = 0;
         if (mode == ControlMode::position) {
             if (target_.size() == n_ && references == target_) return true; // it is on its way
@@ -231,9 +270,9 @@ class TopicRobot final : public toolbox::RobotConnection {
             duration = std::max(slowest, (references - position_).cwiseAbs().maxCoeff() / speed_);
         }
         target_ = references;
-        found->second.end->send({target_.data(), static_cast<std::size_t>(n_)}, duration);
+        if (mode == ControlMode::velocity) target_ = limited(references);
+        send(mode, target_, duration);
         if (mode != ControlMode::position) target_.resize(0);
-        is_written_ = is_driver_ = true;
         return true;
     }
     const ErrorText& error() const noexcept override { return error_; }
@@ -257,29 +296,54 @@ class TopicRobot final : public toolbox::RobotConnection {
         if (states.names != names_) {
             names_ = states.names;
             places_.clear();
+            twice_ = -1;
             for (const auto& name : names_) {
                 const auto found = ours_.find(name);
-                places_.push_back(found == ours_.end() ? -1 : found->second);
+                const Eigen::Index place = found == ours_.end() ? -1 : found->second;
+                if (place >= 0 && std::ranges::find(places_, place) != places_.end()) twice_ = place;
+                places_.push_back(place);
             }
         }
-        if (states.position.size() != names_.size()) return; // it tells nothing of where they are
-        // What a robot does not know it may tell as NaN.
-        const auto take_one = [](std::span<const double> from, std::size_t i, double& to) {
-            const bool has = i < from.size() && std::isfinite(from[i]);
-            if (has) to = from[i];
-            return has;
-        };
+        const bool is_ours = std::ranges::any_of(places_, [](auto place) { return place >= 0; });
+        if (!is_ours && !names_.empty()) return;
+        if (states.position.size() != names_.size())
+            return leave_out("it has %zu names and %zu positions", names_.size(), states.position.size());
+        if (twice_ >= 0)
+            return leave_out("it names '%s' twice",
+                             options_.joints[static_cast<std::size_t>(twice_)].c_str());
         for (std::size_t i = 0; i < names_.size(); ++i) {
             const Eigen::Index at = places_[i];
-            if (at < 0 || !take_one(states.position, i, position_[at])) continue;
-            has_velocity_[at] |= take_one(states.velocity, i, velocity_[at]);
-            has_effort_[at] |= take_one(states.effort, i, effort_[at]);
+            if (at < 0) continue;
+            const auto has = [i](std::span<const double> from) {
+                return i < from.size() && std::isfinite(from[i]);
+            };
+            const auto lacks = [&](const char* what, std::span<const double> from) {
+                if (has(from)) return false;
+                if (i < from.size())
+                    leave_out("the %s of '%s' is %g", what, names_[i].c_str(), from[i]);
+                else
+                    leave_out("it tells no %s of '%s' any more", what, names_[i].c_str());
+                return true;
+            };
+            // What a robot does not know it may tell as NaN; what it has told once belongs to each state.
+            if (lacks("position", states.position) ||
+                (has_velocity_[at] && lacks("velocity", states.velocity)) ||
+                (has_effort_[at] && lacks("effort", states.effort)))
+                continue;
+            position_[at] = states.position[i];
+            if ((has_velocity_[at] = has(states.velocity))) velocity_[at] = states.velocity[i];
+            if ((has_effort_[at] = has(states.effort))) effort_[at] = states.effort[i];
             came_[at] = now();
             // Programs that tell of some of the joints each are not equally far.
             // One that is led has one program, and when that begins again its time goes back.
             stamp_ = is_stepped() ? states.stamp : std::max(stamp_, states.stamp);
         }
         bell_.ring();
+    }
+    /// With the lock.
+    template <class... Values> void leave_out(const char* format, Values... values) noexcept {
+        std::snprintf(left_out_, sizeof left_out_, format, values...);
+        left_out_at_ = now();
     }
     bool is_stepped() const noexcept { return options_.step_size > 0; }
     /// Has all come that was measured at the time where the robot is to be?
@@ -304,22 +368,53 @@ class TopicRobot final : public toolbox::RobotConnection {
         if (const auto why = topics_->refusal(); !why.empty()) throw std::runtime_error(why);
         const std::lock_guard lock(mutex_);
         const std::string within = " within " + Value(options_.patience).describe() + " s";
+        if (left_out_at_ != never)
+            throw std::runtime_error("the topic '" + options_.states + "' tells nothing of " +
+                                     name_list(missing) + within + ": what came was left out: " + left_out_);
         if (names_.empty())
             throw std::runtime_error("no message came on the topic '" + options_.states + "'" + within +
                                      "; start the robot, or correct namespace and states");
         throw std::runtime_error("the topic '" + options_.states + "' tells nothing of " +
                                  name_list(missing) + within + "; it has " + name_list(names_));
     }
+    /// The robot holds its joints where it lets itself be asked to, without zeros before, by which they would
+    /// fall.
+    void let_go() noexcept {
+        if (std::exchange(is_driver_, false) && topics_->let_go())
+            left_.reset();
+        else
+            leave();
+    }
     /// Joints that were driven by efforts or velocities are let go.
     void leave() noexcept {
-        if (mode_ == ControlMode::torque || mode_ == ControlMode::velocity)
-            if (const auto found = outputs_.find(*mode_); found != outputs_.end()) {
-                target_.setZero(n_);
-                found->second.end->send({target_.data(), static_cast<std::size_t>(n_)}, 0);
-                is_driver_ = true;
-            }
         target_.resize(0);
-        mode_.reset();
+        const auto mode = std::exchange(left_, std::nullopt);
+        if (mode != ControlMode::torque && mode != ControlMode::velocity) return;
+        if (outputs_.contains(*mode)) send(*mode, VectorXd::Zero(n_), 0);
+    }
+    /// Commands carry no names, ways do.
+    void send(ControlMode mode, const VectorXd& values, double duration) noexcept {
+        for (Eigen::Index i = 0; i < n_; ++i)
+            sent_[i] = values[mode == ControlMode::position ? i : order_[static_cast<std::size_t>(i)]];
+        outputs_.find(mode)->second.end->send({sent_.data(), static_cast<std::size_t>(n_)}, duration);
+        is_written_ = is_driver_ = true;
+    }
+    /// The velocities that come next on the way to these ones: v + clamp(v_ref - v, -a dt, a dt).
+    const VectorXd& limited(const Eigen::Ref<const VectorXd>& references) noexcept {
+        const double time = time_of_commands(),
+                     most = acceleration_ * std::min(time - std::exchange(limited_, time), longest_silence);
+        velocities_ += (references - velocities_).cwiseMax(-most).cwiseMin(most);
+        return velocities_;
+    }
+    double time_of_commands() const noexcept { return is_stepped() ? due_ : now(); }
+    /// A robot of ours takes commands in the order in which its states have all joints.
+    void find_order() {
+        order_.resize(static_cast<std::size_t>(n_));
+        std::iota(order_.begin(), order_.end(), 0);
+        if (!topics_->takes_joints_back()) return;
+        const std::lock_guard lock(mutex_);
+        has_all_joints_ = std::ranges::is_permutation(places_, order_);
+        if (has_all_joints_) order_ = places_;
     }
     bool told(bool is_good, const char* what, const std::string& which) noexcept {
         if (!is_good)
@@ -337,6 +432,9 @@ class TopicRobot final : public toolbox::RobotConnection {
     std::vector<SensorTopic> wrenches_, imus_;
     std::vector<std::string> names_;
     std::vector<Eigen::Index> places_; ///< our number of each name; -1: none of ours
+    Eigen::Index twice_ = -1;          ///< our joint that has two of those names; -1: none has
+    char left_out_[120] = "";          ///< why a message was no state, or not of all joints that it names
+    double left_out_at_ = never;       ///< when that was, s
     VectorXd position_, velocity_, effort_, came_;
     Eigen::Array<bool, Eigen::Dynamic, 1> has_velocity_, has_effort_; ///< of each joint, so far
     double stamp_ = 0;
@@ -345,8 +443,12 @@ class TopicRobot final : public toolbox::RobotConnection {
     bool is_written_ = false; ///< a command, since it went on
     bool is_driver_ = false;  ///< it has commanded or stepped the robot
     std::optional<ControlMode> mode_;
-    VectorXd target_;
-    double speed_ = usual_speed;
+    std::optional<ControlMode> left_; ///< mode before, in which the robot may still be
+    VectorXd target_, sent_, velocities_;
+    double speed_ = usual_speed, acceleration_ = std::numeric_limits<double>::max();
+    double limited_ = 0;              ///< when the velocities were, s
+    std::vector<Eigen::Index> order_; ///< our number of each value of a command
+    bool has_all_joints_ = true;      ///< of a robot of ours
     ErrorText error_ = "";
     std::vector<std::shared_ptr<void>> heard_; ///< ends before what it writes to
 };
@@ -377,6 +479,7 @@ WaitingDriver make_topic_robot(std::unique_ptr<RobotTopics> topics, const TopicR
     auto device = std::make_unique<TopicDevice>(options, *robot);
     TopicRobot* const its = robot.get();
     WaitingDriver driver{std::move(device), std::move(robot)};
+    driver.left_out = [its](auto& text) { its->say_left_out(text); };
     if (options.is_clock) driver.clock = [its] { return its->time(); };
     if (options.step_size > 0) {
         driver.time = [its] { return its->time(); };

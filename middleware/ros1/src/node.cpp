@@ -2,6 +2,7 @@
 
 #include "master.hpp"
 
+#include <algorithm>
 #include <arpa/inet.h>
 #include <cerrno>
 #include <chrono>
@@ -38,10 +39,10 @@ int sessions = 0;
 
 Address master() { return {ros::master::getHost(), ros::master::getPort()}; }
 
-/// Does another program that runs have the name of this node? The master would end it when we come.
-bool is_taken(const std::string& name) {
+/// Does a program run that is the node of that name? It answers another one that asks it.
+bool runs(const std::string& name) {
     XmlRpc::XmlRpcValue arguments;
-    arguments[0] = name;
+    arguments[0] = ros::this_node::getName();
     arguments[1] = name;
     auto uri = ask(master(), "lookupNode", arguments, 5);
     Address its{};
@@ -49,7 +50,7 @@ bool is_taken(const std::string& name) {
         !ros::network::splitURI(static_cast<std::string>(*uri), its.host, its.port))
         return false;
     XmlRpc::XmlRpcValue caller;
-    caller[0] = name;
+    caller[0] = ros::this_node::getName();
     return ask(its, "getPid", caller, 1).has_value(); // one that was killed is still known
 }
 
@@ -89,7 +90,7 @@ void begin_session(const NodeOptions& options) {
         throw std::runtime_error(std::string("ROS 1 refuses the node: ") + error.what());
     }
     require_master(master(), ros::this_node::getName());
-    if (is_taken(ros::this_node::getName()))
+    if (runs(ros::this_node::getName())) // the master would end it when we come
         throw std::runtime_error("another program is the node '" + ros::this_node::getName() +
                                  "' of ROS 1; end it, or give this one another name or namespace");
     ros::master::setRetryTimeout(ros::WallDuration(5)); // otherwise calls wait for a master that is gone
@@ -199,6 +200,25 @@ std::shared_ptr<Publisher> Node::advertise(const TopicOptions& topic) {
         throw std::runtime_error("the master refuses the topic '" + topic.name +
                                  "'; look whether this program has it with another type");
     return std::make_shared<Publisher>(std::move(publisher));
+}
+
+std::string Node::other_publisher(const std::vector<std::string>& topics) {
+    XmlRpc::XmlRpcValue arguments;
+    arguments[0] = ros::this_node::getName();
+    // [publishers, subscribers, services], each a list of [name, [node, ...]]
+    auto state = ask(master(), "getSystemState", arguments, 5);
+    try {
+        for (int i = 0; state && i < (*state)[0].size(); ++i) {
+            auto& topic = (*state)[0][i];
+            if (std::ranges::find(topics, static_cast<std::string>(topic[0])) == topics.end()) continue;
+            for (int k = 0; k < topic[1].size(); ++k)
+                if (const auto name = static_cast<std::string>(topic[1][k]);
+                    name != ros::this_node::getName() && runs(name))
+                    return name;
+        }
+    } catch (const XmlRpc::XmlRpcException&) { // what the master says is something else
+    }
+    return "";
 }
 
 void Node::publish(const TopicOptions& topic, const std::shared_ptr<middleware::Outgoing>& end) {

@@ -48,6 +48,7 @@ class Publisher {
         last_ = middleware::now();
     }
     int readers() const { return static_cast<int>(end_.getNumSubscribers()); }
+    std::string topic() const { return end_.getTopic(); } ///< its whole name
 
   private:
     ros::Publisher end_;
@@ -88,6 +89,9 @@ class Node final : public Connection {
     /// The whole name of what is called so in the node's namespace. Throws std::runtime_error.
     std::string resolve(const std::string& service) const;
     std::shared_ptr<Publisher> advertise(const TopicOptions& topic);
+    /// Another node that runs and sends to one of these topics, which have their whole names; empty: none
+    /// does.
+    static std::string other_publisher(const std::vector<std::string>& topics);
     /// Calls `answer(request, response)` in the node's thread for each call, as long as somebody has what is
     /// returned.
     std::shared_ptr<ros::ServiceServer> offer(const std::string& name, const ServiceType& type,

@@ -25,6 +25,7 @@ using middleware::JointStates;
 class Commands final : public middleware::CommandTopic {
   public:
     Commands(Node& node, const std::string& topic) : publisher_(node.advertise({topic, draft_.type(), 1})) {}
+    std::string topic() const { return publisher_->topic(); }
     int readers() const noexcept override { return publisher_->readers(); }
     void send(std::span<const double> values, double) noexcept override {
         draft_.set("data", values);
@@ -43,6 +44,7 @@ class Ways final : public middleware::CommandTopic {
         : publisher_(node.advertise({topic, draft_.type(), 1})) {
         draft_.set("joint_names", joints);
     }
+    std::string topic() const { return publisher_->topic(); }
     int readers() const noexcept override { return publisher_->readers(); }
     void send(std::span<const double> values, double duration) noexcept override {
         point_.set("positions", values);
@@ -64,6 +66,7 @@ class Topics final : public middleware::RobotTopics {
     explicit Topics(NodeOptions options) : node_(std::move(options)) {}
     void open() override {
         tell(""); // of a run before
+        driven_.clear();
         node_.open();
     }
     void close() noexcept override {
@@ -116,11 +119,17 @@ class Topics final : public middleware::RobotTopics {
                     });
     }
     std::unique_ptr<middleware::CommandTopic> commands(const std::string& topic) override {
-        return std::make_unique<Commands>(node_, topic);
+        return driving(std::make_unique<Commands>(node_, topic));
     }
     std::unique_ptr<middleware::CommandTopic> ways(const std::string& topic,
                                                    const std::vector<std::string>& joints) override {
-        return std::make_unique<Ways>(node_, topic, joints);
+        return driving(std::make_unique<Ways>(node_, topic, joints));
+    }
+    std::string other_driver() override {
+        auto other = Node::other_publisher(driven_);
+        // The master has others to answer.
+        if (!other.empty()) std::this_thread::sleep_for(std::chrono::milliseconds(50));
+        return other;
     }
 
     void halt(double end) override {
@@ -152,19 +161,33 @@ class Topics final : public middleware::RobotTopics {
         step_->ask();
         return true;
     }
-    void let_go() noexcept override try {
-        std::atomic<bool> is_answered{false};
+    bool takes_joints_back() noexcept override try {
+        return Caller(node_.resolve("robot/release"), ServiceType::find("std_srvs/Trigger")).has_server();
+    } catch (const std::exception&) { // the master does not say so
+        return false;
+    }
+    bool let_go() noexcept override try {
+        std::atomic<bool> is_answered{false}, is_released{false};
         Asker release(node_.resolve("robot/release"), "std_srvs/Trigger",
-                      [&](bool, const std::string&) { is_answered = true; });
+                      [&](bool is_done, const std::string&) {
+                          is_released = is_done;
+                          is_answered = true;
+                      });
         release.begin();
         release.ask();
         for (const double end = middleware::now() + longest_farewell;
              !is_answered && middleware::now() < end;)
             std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        return is_released;
     } catch (const std::exception&) { // it is told by the end of its topics alone
+        return false;
     }
 
   private:
+    template <class T> std::unique_ptr<T> driving(std::unique_ptr<T> topic) {
+        driven_.push_back(topic->topic());
+        return topic;
+    }
     void tell(const std::string& why) {
         const std::lock_guard lock(mutex_);
         refusal_ = why;
@@ -182,7 +205,8 @@ class Topics final : public middleware::RobotTopics {
     }
 
     Node node_;
-    std::unique_ptr<Asker> step_; ///< of a robot that is stepped
+    std::vector<std::string> driven_; ///< topics of commands
+    std::unique_ptr<Asker> step_;     ///< of a robot that is stepped
     mutable std::mutex mutex_;
     std::string refusal_; ///< with the lock
 };
@@ -271,7 +295,8 @@ void add_robot(Library& library) {
         "commanded; when the run ends, or has not stepped for `silence` s, it sends zero efforts and "
         "velocities, and positions stay. Limits are not known. With `step_size` the thread steps the robot "
         "instead, in lockstep with the diagram, by commands and the service robot/step (std_srvs/Trigger). "
-        "Errors: no master; no states, or not of all joints, within start_timeout; in a step: the mode is "
+        "Errors: no master; no states, or not of all joints, or another node that sends commands, within "
+        "start_timeout; in a step: the mode is "
         "refused where nobody listens to its topic; those of SharedMemory/Robot.");
 }
 

@@ -58,6 +58,42 @@ TEST_F(Ros1Faults, ARobotThatDiesOrStallsEndsTheRunAndTheNextOneGoesOn) {
     }
 }
 
+TEST_F(Ros1Faults, AMeasurementThatIsGoneAndATimeThatJumpsAheadEndTheRun) {
+    const std::string numbers = "m.name=['hip','knee']; m.position=[0.1]*2; m.velocity=[0.1]*2; "
+                                "m.header.stamp=rospy.Time(100+k//200, k%200*5000000); ";
+    int number = 0;
+    for (const auto& [changes, why] : std::vector<std::pair<std::string, std::string>>{
+             {"m.velocity=m.velocity if k<600 else []", "it tells no velocity of 'knee' any more"},
+             {"m.velocity[1]=0.1 if k<600 else float('inf')", "the velocity of 'knee' is inf"},
+             {"m.header.stamp.secs+=0 if k<600 else 1000", "its time jumped ahead from t = 10"}}) {
+        const std::string name_space = "/gone" + std::to_string(++number);
+        Peer robot(
+            {"send", "sensor_msgs/JointState", name_space + "/joint_states", "200", numbers + changes});
+        ASSERT_EQ(robot.line(), "ready");
+        Running run("model: m\nplugins: [Ros1, WholeBodyToolbox]\nstep: 0.005\nblocks:\n  world: {block: "
+                    "Ros1/Robot, period: 0.005, joints: \"{'hip', 'knee'}\", start_timeout: 20, use_stamps: "
+                    "true, namespace: " +
+                    name_space + "}\n");
+        expect_contains(failure(run), why);
+    }
+}
+
+TEST_F(Ros1Faults, ARobotThatAnotherNodeDrivesIsRefusedUntilThatEnds) {
+    Peer robot({"robot", "/torn", "hip", "knee"});
+    ASSERT_EQ(robot.line(), "ready");
+    Peer other({"send", "std_msgs/Float64MultiArray", "/torn/velocity_controller/command", "50",
+                "m.data=[0.0,0.0]"});
+    ASSERT_EQ(other.line(), "ready");
+    std::string model = led_by_velocities("/torn");
+    const std::string soon = model.replace(model.find("start_timeout: 20"), 17, "start_timeout: 3");
+    const std::string why = refusal(soon);
+    expect_contains(why, "the node '/peer_");
+    expect_contains(why, "' sends commands to it; end it first");
+    other.end(); // by force: the master still knows it
+    Running run(soon);
+    EXPECT_TRUE(run.step()) << run.simulation.failure();
+}
+
 TEST_F(Ros1Faults, AFloodLeavesTheNewestStateToTheSteps) {
     Peer flood({"send", "sensor_msgs/JointState", "/flood/joint_states", "100000",
                 "m.name=['hip','knee']; m.position=m.velocity=[float(k),float(k)]"});

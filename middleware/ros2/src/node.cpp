@@ -173,6 +173,22 @@ int Publisher::others() const noexcept {
     return static_cast<int>(count) - 1;
 }
 
+std::string Publisher::another() const {
+    auto all = rcl_get_zero_initialized_topic_endpoint_info_array();
+    auto allocator = rcutils_get_default_allocator();
+    ignore(rcl_get_publishers_info_by_topic(&context_->node, &allocator,
+                                            rcl_publisher_get_topic_name(&handle_), false, &all));
+    const std::string own = rcl_node_get_fully_qualified_name(&context_->node);
+    std::string other; // which may have our name
+    for (std::size_t i = 0; all.size > 1 && i < all.size; ++i) {
+        const std::string space = all.info_array[i].node_namespace;
+        const std::string its = (space == "/" ? "" : space) + "/" + all.info_array[i].node_name;
+        if (other.empty() || its != own) other = its;
+    }
+    ignore(rmw_topic_endpoint_info_array_fini(&all, &allocator));
+    return other;
+}
+
 Service::Service(std::shared_ptr<Context> context, const rosidl_service_type_support_t* support,
                  const std::string& name, std::shared_ptr<void> request, std::shared_ptr<void> response,
                  std::function<void(const void*, void*)> answer)

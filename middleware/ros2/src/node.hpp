@@ -98,6 +98,7 @@ class Publisher {
     void wait_until_heard(double longest) const noexcept;
     int readers() const noexcept;
     int others() const noexcept; ///< publishers of the topic besides this one
+    std::string another() const; ///< the node of one of them; empty: there is none
 
   private:
     std::shared_ptr<Context> context_;

@@ -141,7 +141,8 @@ extern "C" void bf_plugin_v1(bf::Library& library) {
         "stay. Limits are not known. With `step_size` the thread steps the robot instead, in lockstep with "
         "the "
         "diagram, by commands and the service robot/step (std_srvs/srv/Trigger). "
-        "Errors: no states, or not of all joints, within start_timeout; in a step: the mode is refused where "
+        "Errors: no states, or not of all joints, or another node that sends commands, within start_timeout; "
+        "in a step: the mode is refused where "
         "nobody listens to its topic; those of SharedMemory/Robot.");
     bf::ros2::add_network(library);
     bf::ros2::add_topics(library);

@@ -68,11 +68,11 @@ class Topics final : public middleware::RobotTopics {
     void open() override {
         node_.open();
         tell("");
-        is_released_ = false;
         release_ = messages::trigger(node_, "robot/release",
                                      [this](bool, const std::string&) { is_released_ = true; });
     }
     void close() noexcept override {
+        wait_until_heard(now() + longest_farewell);
         node_.close();
         sent_to_.clear();
         step_ = release_ = {};
@@ -82,6 +82,12 @@ class Topics final : public middleware::RobotTopics {
         return why_not_;
     }
     double longest_search() const noexcept override { return 3; }
+    std::string other_driver() override {
+        std::string other;
+        for (const auto& each : sent_to_)
+            if (other.empty()) other = each->another();
+        return other;
+    }
 
     std::shared_ptr<void> hear_states(const std::string& topic,
                                       std::function<void(const JointStates&)> taken) override {
@@ -159,12 +165,15 @@ class Topics final : public middleware::RobotTopics {
                 (*answer == bad ? refusal() : "its service 'robot/pause' does not answer"));
     }
     bool step() noexcept override { return step_.send(); }
-    void let_go() noexcept override {
-        if (!release_.client || !release_.has_server()) return;
+    bool takes_joints_back() noexcept override { return release_.client && release_.has_server(); }
+    bool let_go() noexcept override {
+        if (!takes_joints_back()) return false;
         const double end = now() + longest_farewell;
-        for (const auto& each : sent_to_) each->wait_until_heard(end - now());
-        if (!release_.send()) return;
+        wait_until_heard(end);
+        is_released_ = false;
+        if (!release_.send()) return false;
         while (!is_released_ && now() < end) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        return is_released_;
     }
 
   private:
@@ -177,6 +186,9 @@ class Topics final : public middleware::RobotTopics {
     std::shared_ptr<Publisher> advertise(const MessageMemory& type, const std::string& topic) {
         sent_to_.push_back(node_.advertise(type, topic, {1, true}));
         return sent_to_.back();
+    }
+    void wait_until_heard(double end) const noexcept {
+        for (const auto& each : sent_to_) each->wait_until_heard(end - now());
     }
     void tell(const std::string& why) {
         const std::lock_guard lock(mutex_);

@@ -2,6 +2,7 @@
 
 peer.py echo TYPE TOPIC N            prints N messages, a line each
 peer.py follow TYPE TOPIC N          the same once somebody sends to the topic, who soon knows this program then
+peer.py hear TYPE TOPIC N            the same of what is sent reliably, of which none is lost
 peer.py latched TYPE TOPIC N         the same of a topic whose messages stay for those who come later
 peer.py send TYPE TOPIC HZ EXPR [N]  keeps N messages on their way, and sends what EXPR makes of m and k, the number of the message, until it is ended
 peer.py frames HZ EXPR               sends transforms: EXPR calls tf(parent, child, time, x, y, z, angle about z) and still(...) of the same for the time t, and k
@@ -62,6 +63,10 @@ def follow(name, topic, count):
     while node.count_publishers(topic) == 0:
         rclpy.spin_once(node, timeout_sec=0.05)
     echo(name, topic, count)
+
+
+def hear(name, topic, count):
+    echo(name, topic, count, QoSProfile(depth=1000))
 
 
 def latched(name, topic, count):
@@ -279,6 +284,6 @@ def parameters(name, *expressions):
 
 
 try:
-    {f.__name__: f for f in (echo, follow, latched, send, frames, effort, answer, path, call, offer, camera, pursue, parameters)}[sys.argv[1]](*sys.argv[2:])
+    {f.__name__: f for f in (echo, follow, hear, latched, send, frames, effort, answer, path, call, offer, camera, pursue, parameters)}[sys.argv[1]](*sys.argv[2:])
 except KeyboardInterrupt:
     pass

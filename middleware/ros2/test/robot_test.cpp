@@ -173,6 +173,58 @@ TEST_F(Ros2Robot, HasTheTimeOfItsOwnJointsWhichDoesNotGoBack) {
     EXPECT_GE(last, 100);
 }
 
+TEST_F(Ros2Robot, EndsItsDiagramWhereAMeasurementIsGoneOrItsTimeJumpsAhead) {
+    if (!Peer::is_there()) GTEST_SKIP() << "there is no rclpy";
+    const std::string numbers = "m.name=['l_hip_pitch','l_knee','l_ankle_roll']; m.position=[0.1]*3; "
+                                "m.header.stamp.sec=100+k//200; m.header.stamp.nanosec=k%200*5000000; "
+                                "m.velocity=[0.1]*3; ";
+    for (const auto& [changes, why] : std::vector<std::pair<std::string, std::string>>{
+             {"m.velocity=m.velocity if k<600 else []", "it tells no velocity of 'l_ankle_roll' any more"},
+             {"m.velocity[1]=0.1 if k<600 else float('inf')", "the velocity of 'l_knee' is inf"},
+             {"m.header.stamp.sec+=0 if k<600 else 1000", "its time jumped ahead from t = 10"}}) {
+        Peer peer({"send", "sensor_msgs/msg/JointState", "/icub/joint_states", "200", numbers + changes});
+        ASSERT_EQ(peer.line(), "ready");
+        Running run(remote("", "", ", use_sim_time: true"));
+        for (int k = 0; k < 20'000 && run.step(); ++k) continue;
+        expect_contains(run.simulation.failure(), why);
+    }
+}
+
+TEST_F(Ros2Robot, IsNotDrivenByTwoDiagrams) {
+    InRealTime served("/icub");
+    const std::string drive = "  c: {block: Constant, value: [0 0 0]}\n  drive: {block: "
+                              "WholeBodyToolbox/SetReferences, control_type: Position Direct}\n";
+    std::string second = remote(drive, "  c: drive\n", ", node: second");
+    second.replace(second.find("start_timeout: 30"), 17, "start_timeout: 3");
+    {
+        Running first(remote(drive, "  c: drive\n"));
+        expect_contains(refusal(second), "the node '/icub/blockfactory' sends commands to it; end it first");
+    }
+    Running next(second);
+    EXPECT_TRUE(next.step()) << next.simulation.failure();
+}
+
+/// The oracle is a subscription of rclpy, which loses nothing.
+TEST_F(Ros2Robot, ItsZerosArriveWhenARunEnds) {
+    if (!Peer::is_there()) GTEST_SKIP() << "there is no rclpy";
+    Peer states({"send", "sensor_msgs/msg/JointState", "/icub/joint_states", "200",
+                 "m.name=['l_hip_pitch','l_knee','l_ankle_roll']; m.position=m.velocity=[0.1]*3"});
+    Peer efforts({"hear", "std_msgs/msg/Float64MultiArray", "/icub/effort_controller/commands", "1000000"});
+    for (auto* peer : {&states, &efforts}) ASSERT_EQ(peer->line(), "ready");
+    const Folder folder;
+    const std::string model =
+        folder.write("ends.yaml", remote("  c: {block: Constant, value: [1 2 3]}\n  drive: {block: "
+                                         "WholeBodyToolbox/SetReferences, control_type: Torque}\n",
+                                         "  c: drive\n"));
+    for (int k = 0; k < 20; ++k) {
+        Program run({BF_PROGRAM, "run", model, "--stop", "0.02", "--quiet"});
+        std::string line;
+        while (line.find("[0.0, 0.0, 0.0]") == std::string::npos)
+            ASSERT_NE(line = efforts.line(), "") << "in run " << k;
+        run.line(); // when it has ended
+    }
+}
+
 TEST_F(Ros2Robot, IsLedInLockstepToTheSameNumbers) {
     for (const int ratio : {1, 3}) {
         Served served(end_in("/icub", true), diagram(icub + icub_world));

@@ -23,6 +23,9 @@ struct WaitingDriver {
     /// begins with "it".
     std::function<double()> period = nullptr;
     std::function<bool(int steps)> advance = nullptr;
+    /// Completes a sentence that says that no new state has come: why what came is none; the empty text:
+    /// nothing did. Any thread asks it, when a run has failed.
+    std::function<void(toolbox::RobotConnection::ErrorText&)> left_out = nullptr;
 };
 
 /// What users may say of its thread.

@@ -34,6 +34,7 @@ class RobotTopics {
   public:
     virtual ~RobotTopics() = default;
     virtual void open() = 0;
+    /// Waits until the last commands are heard, at most `longest_farewell` s.
     virtual void close() noexcept = 0;
     virtual std::shared_ptr<void> hear_states(const std::string& topic,
                                               std::function<void(const JointStates&)> taken) = 0;
@@ -52,6 +53,8 @@ class RobotTopics {
                                                const std::vector<std::string>& joints) = 0;
     /// How long nobody may be known to listen to commands, though somebody does, s.
     virtual double longest_search() const noexcept { return 0; }
+    /// Another node that sends to one of the topics of commands; empty: none does.
+    virtual std::string other_driver() { return ""; }
     /// Why what came is not taken, such as who sends another type, or why the robot did no step; empty:
     /// nothing is wrong.
     virtual std::string refusal() const = 0;
@@ -60,9 +63,11 @@ class RobotTopics {
     virtual void halt(double end);
     /// Asks it for a step, which has no answer; false: it is not asked.
     virtual bool step() noexcept { return false; }
-    /// Tells a robot that listens to it that no command follows, behind the last one, and waits until it is
-    /// heard, at most `longest_farewell` s, in an interrupt, too.
-    virtual void let_go() noexcept {}
+    /// Is it a robot that lets itself be told that no command follows, as those of bf serve?
+    virtual bool takes_joints_back() noexcept { return false; }
+    /// Tells it so, behind the last command, and waits until it is heard, at most `longest_farewell` s, in an
+    /// interrupt, too. False: it does not answer.
+    virtual bool let_go() noexcept { return false; }
     static constexpr double longest_farewell = 1;
 };
 

@@ -1,0 +1,264 @@
+// A robot behind topics that the test has itself.
+#include "bf/middleware/clock.hpp"
+#include "bf/middleware/topic_robot.hpp"
+
+#include <chrono>
+#include <cmath>
+#include <functional>
+#include <gtest/gtest.h>
+#include <limits>
+#include <map>
+#include <stdexcept>
+#include <thread>
+
+namespace bf::middleware::test {
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN(),
+                 inf = std::numeric_limits<double>::infinity();
+using Numbers = std::vector<double>;
+
+/// What goes over the network, and what a robot there does.
+struct Network {
+    std::map<std::string, std::vector<Numbers>> sent; ///< by topic
+    std::function<void(const JointStates&)> states;
+    bool takes_joints_back = false, answers = true;
+    std::function<std::string()> other_driver = [] { return ""; };
+    int farewells = 0;
+
+    void tell(const std::vector<std::string>& names, const Numbers& position, const Numbers& velocity,
+              const Numbers& effort, double stamp = 0) const {
+        states({names, position, velocity, effort, stamp});
+    }
+};
+
+class Recorder final : public CommandTopic {
+  public:
+    explicit Recorder(std::vector<Numbers>& to) : to_(to) {}
+    int readers() const noexcept override { return 1; }
+    void send(std::span<const double> values, double) noexcept override {
+        to_.emplace_back(values.begin(), values.end());
+    }
+
+  private:
+    std::vector<Numbers>& to_;
+};
+
+class Topics final : public RobotTopics {
+  public:
+    Topics(Network& network, std::function<void()> opened) : its_(network), opened_(std::move(opened)) {}
+    void open() override {}
+    void close() noexcept override {}
+    std::shared_ptr<void> hear_states(const std::string&,
+                                      std::function<void(const JointStates&)> taken) override {
+        its_.states = std::move(taken);
+        opened_();
+        return nullptr;
+    }
+    std::shared_ptr<void> hear_wrenches(
+        const std::string&, std::function<void(const Eigen::Matrix<double, 6, 1>&, double)>) override {
+        return nullptr;
+    }
+    std::shared_ptr<void> hear_imu(
+        const std::string&, std::function<void(const Eigen::Matrix<double, 10, 1>&, double)>) override {
+        return nullptr;
+    }
+    std::unique_ptr<CommandTopic> commands(const std::string& topic) override {
+        return std::make_unique<Recorder>(its_.sent[topic]);
+    }
+    std::unique_ptr<CommandTopic> ways(const std::string& topic, const std::vector<std::string>&) override {
+        return std::make_unique<Recorder>(its_.sent[topic]);
+    }
+    std::string refusal() const override { return ""; }
+    std::string other_driver() override { return its_.other_driver(); }
+    bool takes_joints_back() noexcept override { return its_.takes_joints_back; }
+    bool let_go() noexcept override {
+        if (!its_.takes_joints_back || !its_.answers) return false;
+        ++its_.farewells;
+        return true;
+    }
+
+  private:
+    Network& its_;
+    const std::function<void()> opened_;
+};
+
+/// Of the joints hip and knee; `first` is what comes when it starts.
+struct Driven {
+    explicit Driven(std::function<void(Network&)> first, double patience = 0.5)
+        : driver(make_topic_robot(std::make_unique<Topics>(network, [this, first] { first(network); }),
+                                  {.kind = "robot",
+                                   .joints = {"hip", "knee"},
+                                   .states = "joint_states",
+                                   .commands = {"effort", "velocity", "position", "way"},
+                                   .wrenches = {},
+                                   .imus = {},
+                                   .is_clock = false,
+                                   .patience = patience})) {}
+    std::string refusal() {
+        try {
+            driver.robot->start();
+        } catch (const std::runtime_error& error) {
+            return error.what();
+        }
+        return "";
+    }
+    std::string left_out() const {
+        toolbox::RobotConnection::ErrorText text;
+        driver.left_out(text);
+        return text;
+    }
+    Eigen::Vector2d read(Measurement what) {
+        Eigen::VectorXd values = Eigen::Vector2d(nan, nan);
+        return driver.robot->read(what, values) ? Eigen::Vector2d(values) : Eigen::Vector2d(nan, nan);
+    }
+    Network network;
+    WaitingDriver driver;
+};
+
+void rest(double time) { std::this_thread::sleep_for(std::chrono::duration<double>(time)); }
+void well(Network& network) { network.tell({"hip", "knee"}, {1, 2}, {0.1, 0.2}, {3, 4}); }
+
+} // namespace
+
+TEST(TopicRobot, TakesNoStateInWhichAMeasurementIsMissingThatWasThere) {
+    const std::vector<std::string> names{"hip", "knee"};
+    struct Bad {
+        std::vector<std::string> names;
+        Numbers position, velocity, effort;
+        std::string why;
+    };
+    for (const Bad& bad : std::vector<Bad>{
+             {names, {9, 9}, {inf, 9}, {9, 9}, "the velocity of 'hip' is inf"},
+             {names, {9, 9}, {}, {9, 9}, "it tells no velocity of 'knee' any more"},
+             {names, {9, 9}, {9, 9}, {9, nan}, "the effort of 'knee' is nan"},
+             {names, {9, 9}, {9, 9}, {}, "it tells no effort of 'knee' any more"},
+             {names, {9, nan}, {9, 9}, {9, 9}, "the position of 'knee' is nan"},
+             {names, {9}, {9, 9}, {9, 9}, "it has 2 names and 1 positions"},
+             {{}, {9, 9}, {9, 9}, {9, 9}, "it has 0 names and 2 positions"},
+             {{"hip", "knee", "hip"}, {9, 9, 9}, {9, 9, 9}, {9, 9, 9}, "it names 'hip' twice"}}) {
+        Driven robot(well);
+        robot.driver.robot->start();
+        robot.network.tell({"elbow"}, {nan}, {}, {});
+        robot.network.tell(names, {1, 2}, {0.1, 0.2}, {3, 4});
+        EXPECT_EQ(robot.left_out().find("left out"), std::string::npos) << "those of others do not count";
+        const double before = now();
+        rest(0.2);
+        robot.network.tell(bad.names, bad.position, bad.velocity, bad.effort);
+        EXPECT_GE(robot.driver.robot->age(), now() - before - 0.05) << bad.why;
+        EXPECT_TRUE(std::isnan(robot.read(Measurement::joint_position)[1])) << bad.why;
+        EXPECT_EQ(robot.left_out(), "what came was left out: " + bad.why);
+        well(robot.network);
+        EXPECT_EQ(robot.read(Measurement::joint_velocity), Eigen::Vector2d(0.1, 0.2));
+    }
+}
+
+TEST(TopicRobot, TakesWhatWasNeverTold) {
+    Driven robot([](Network& network) { network.tell({"knee", "hip"}, {2, 1}, {nan, nan}, {}); });
+    robot.driver.robot->start();
+    EXPECT_EQ(robot.read(Measurement::joint_position), Eigen::Vector2d(1, 2));
+    robot.network.tell({"knee"}, {3}, {}, {});
+    EXPECT_EQ(robot.read(Measurement::joint_position), Eigen::Vector2d(1, 3));
+    rest(0.2);
+    robot.network.tell({"knee"}, {3}, {}, {});
+    EXPECT_EQ(robot.left_out(), "what came told nothing of 'hip'");
+}
+
+TEST(TopicRobot, SaysAtItsStartWhatWasLeftOut) {
+    Driven robot([](Network& network) { network.tell({"hip", "knee"}, {nan, 2}, {}, {}); });
+    EXPECT_EQ(robot.refusal(),
+              "the topic 'joint_states' tells nothing of hip within 0.5 s: what came was left "
+              "out: the position of 'hip' is nan");
+    Driven nameless([](Network& network) { network.tell({}, {1, 2}, {}, {}); });
+    EXPECT_NE(nameless.refusal().find("left out: it has 0 names and 2 positions"), std::string::npos);
+}
+
+TEST(TopicRobot, LetsItsJointsFallWhereNobodyHoldsThemAndNotWhereARobotOfOursDoes) {
+    for (const bool is_ours : {true, false})
+        for (const bool answers : {true, false})
+            for (const bool is_taken_back : {true, false}) {
+                Driven robot(well);
+                robot.network.takes_joints_back = is_ours;
+                robot.network.answers = answers;
+                robot.driver.robot->start();
+                ASSERT_TRUE(robot.driver.robot->set_mode(ControlMode::torque));
+                ASSERT_TRUE(robot.driver.robot->write(ControlMode::torque, Eigen::Vector2d(5, 6)));
+                if (is_taken_back) { // as a host does it
+                    ASSERT_TRUE(robot.driver.robot->set_mode(ControlMode::position));
+                    robot.read(Measurement::joint_position);
+                }
+                robot.driver.robot->stop();
+                const auto& efforts = robot.network.sent["effort"];
+                const bool is_held = is_ours && answers;
+                EXPECT_EQ(efforts.size(), is_held ? 1U : 2U) << is_ours << answers << is_taken_back;
+                EXPECT_EQ(efforts.back(), is_held ? Numbers({5, 6}) : Numbers({0, 0}));
+                EXPECT_EQ(robot.network.farewells, is_held ? 1 : 0);
+            }
+}
+
+TEST(TopicRobot, IsNotLeftWhereOnlyItsModeChanges) {
+    Driven robot(well);
+    robot.network.takes_joints_back = true;
+    auto& its = *robot.driver.robot;
+    its.start();
+    for (const auto mode : {ControlMode::torque, ControlMode::position, ControlMode::velocity}) {
+        ASSERT_TRUE(its.set_mode(mode));
+        ASSERT_TRUE(its.write(mode, Eigen::Vector2d(5, 6)));
+        robot.read(Measurement::joint_position);
+        EXPECT_EQ(robot.network.farewells, 0);
+    }
+    its.stop();
+    EXPECT_EQ(robot.network.farewells, 1);
+}
+
+TEST(TopicRobot, IsCommandedInTheOrderOfItsStatesWhereItIsOneOfOurs) {
+    for (const bool is_ours : {true, false}) {
+        Driven robot([](Network& network) { network.tell({"knee", "hip"}, {2, 1}, {0.2, 0.1}, {4, 3}); });
+        robot.network.takes_joints_back = is_ours;
+        auto& its = *robot.driver.robot;
+        its.start();
+        for (const auto& [mode, topic] :
+             {std::pair(ControlMode::torque, "effort"), std::pair(ControlMode::position_direct, "position"),
+              std::pair(ControlMode::position, "way")}) {
+            ASSERT_TRUE(its.set_mode(mode));
+            ASSERT_TRUE(its.write(mode, Eigen::Vector2d(5, 6)));
+            const bool is_sorted = is_ours && mode != ControlMode::position;
+            EXPECT_EQ(robot.network.sent[topic].back(), is_sorted ? Numbers({6, 5}) : Numbers({5, 6}))
+                << topic << ": ways carry names";
+        }
+    }
+    Driven part([](Network& network) { network.tell({"knee", "hip", "toe"}, {2, 1, 0}, {0, 0, 0}, {}); });
+    part.network.takes_joints_back = true;
+    part.driver.robot->start();
+    EXPECT_FALSE(part.driver.robot->set_mode(ControlMode::torque)) << "its commands are of all joints";
+}
+
+TEST(TopicRobot, IsNotDrivenByTwo) {
+    Driven robot(well);
+    robot.network.other_driver = [] { return "/other"; };
+    EXPECT_EQ(robot.refusal(), "the node '/other' sends commands to it; end it first, or wait until it is "
+                               "forgotten where it was killed");
+    EXPECT_TRUE(robot.network.sent["effort"].empty());
+    Driven later(well, 10);
+    later.network.other_driver = [asked = 0]() mutable { return ++asked < 100 ? "/other" : ""; };
+    EXPECT_EQ(later.refusal(), "") << "it waits until the other one has ended";
+}
+
+TEST(TopicRobot, AcceleratesAtMostAsItIsTold) {
+    Driven robot(well);
+    auto& its = *robot.driver.robot;
+    its.start();
+    const double begin = now();
+    ASSERT_TRUE(its.set_mode(ControlMode::velocity));
+    ASSERT_TRUE(its.set_trajectory_limit(ControlMode::velocity, 4));
+    auto& sent = robot.network.sent["velocity"];
+    do {
+        ASSERT_TRUE(its.write(ControlMode::velocity, Eigen::Vector2d(0.4, -0.1)));
+        EXPECT_LE(sent.back()[0], 4 * (now() - begin));
+        rest(0.005);
+    } while (sent.back()[0] < 0.4);
+    EXPECT_GE(now() - begin, 0.1) << "0.4 rad/s at 4 rad/s2";
+    EXPECT_EQ(sent.back(), Numbers({0.4, -0.1}));
+}
+
+} // namespace bf::middleware::test

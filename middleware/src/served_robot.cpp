@@ -26,6 +26,8 @@ class Hosted final : public ServedRobot {
         if (end_->has_double() && !std::exchange(is_doubled_, true))
             return "another program shows a robot of the same name, and controllers see both by turns; end "
                    "it, or give one of them another name";
+        if (end_->has_two_drivers() && !std::exchange(is_torn_, true))
+            return "two controllers send commands to it by turns; end one of them";
         if (end_->counts().rejected == 0 || std::exchange(is_strange_, true)) return "";
         return std::string("left out ") + end_->what_is_rejected() + "; so are those that follow";
     }
@@ -50,6 +52,7 @@ class Hosted final : public ServedRobot {
     const std::unique_ptr<RobotEnd> end_;
     RobotHost host_;
     bool is_doubled_ = false; ///< which was told, as the next
+    bool is_torn_ = false;    ///< between two controllers
     bool is_strange_ = false; ///< something came that is not the controller's, and that was told
 };
 

@@ -159,6 +159,7 @@ class TopicEnd final : public RobotEnd {
         steps_bell_.ring();
     }
     bool has_double() const noexcept override { return watch_->is_doubled; }
+    bool has_two_drivers() const noexcept override { return topics_->has_two_drivers(); }
     void show_gains(const double*) noexcept override {}
 
     /// In the thread of the steps.
@@ -367,6 +368,17 @@ class TopicEnd final : public RobotEnd {
 };
 
 } // namespace
+
+void Drivers::sent(std::uint64_t who) noexcept {
+    constexpr double soon = 1; // s
+    const double time = now();
+    if (who != newest_) {
+        if (who == before_ && time - before_sent_ < soon) are_two_ = true;
+        before_ = std::exchange(newest_, who);
+        before_sent_ = newest_sent_;
+    }
+    newest_sent_ = time;
+}
 
 std::unique_ptr<RobotEnd> make_topic_end(std::string name, std::unique_ptr<ServedTopics> topics,
                                          const RobotCommandTopics& commands, bool waits) {

@@ -1,5 +1,6 @@
 // A robot behind topics that the test has itself.
 #include "bf/middleware/clock.hpp"
+#include "bf/middleware/topic_end.hpp"
 #include "bf/middleware/topic_robot.hpp"
 
 #include <chrono>
@@ -242,6 +243,16 @@ TEST(TopicRobot, IsNotDrivenByTwo) {
     Driven later(well, 10);
     later.network.other_driver = [asked = 0]() mutable { return ++asked < 100 ? "/other" : ""; };
     EXPECT_EQ(later.refusal(), "") << "it waits until the other one has ended";
+}
+
+TEST(Drivers, AreTwoWhereOneSendsBetweenCommandsOfAnother) {
+    Drivers one, then, both;
+    for (int k = 0; k < 10; ++k) one.sent(1);
+    for (int k = 0; k < 10; ++k) then.sent(k < 5 ? 1 : 2);
+    EXPECT_FALSE(one.are_two());
+    EXPECT_FALSE(then.are_two()) << "the second came when the first had gone";
+    for (int k = 0; k < 3; ++k) both.sent(1 + k % 2);
+    EXPECT_TRUE(both.are_two());
 }
 
 TEST(TopicRobot, AcceleratesAtMostAsItIsTold) {

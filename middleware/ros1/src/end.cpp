@@ -130,6 +130,9 @@ class ServedTopics final : public middleware::ServedTopics {
     }
     /// The master ends a node when another one of its name comes.
     bool has_double() const noexcept override { return !ros::ok(); }
+    bool has_two_drivers() const noexcept override {
+        return std::ranges::any_of(drivers_, [](const auto& each) { return each->are_two(); });
+    }
 
   private:
     struct Sensor {
@@ -144,7 +147,9 @@ class ServedTopics final : public middleware::ServedTopics {
                 heard_ = middleware::now();
                 taken(*type, message);
             },
-            [this](const std::string&) { ++strangers_; }));
+            [this](const std::string&) { ++strangers_; },
+            [drivers = drivers_.emplace_back(std::make_shared<middleware::Drivers>())](
+                const std::string& who) { drivers->sent(std::hash<std::string>()(who)); }));
     }
     template <class F> void offer(const std::string& name, const char* type, F&& answer) {
         const auto its = ServiceType::find(type);
@@ -189,6 +194,7 @@ class ServedTopics final : public middleware::ServedTopics {
     std::shared_ptr<Publisher> joints_, clock_;
     std::vector<Sensor> wrenches_, imus_;
     std::vector<std::shared_ptr<ros::Subscriber>> commands_;
+    std::vector<std::shared_ptr<middleware::Drivers>> drivers_; ///< of each of them
     std::vector<std::shared_ptr<ros::ServiceServer>> services_;
     std::atomic<int> strangers_{0};
 };

@@ -235,10 +235,11 @@ void Node::publish(const TopicOptions& topic, const std::shared_ptr<middleware::
 
 std::shared_ptr<ros::Subscriber> Node::hear(const TopicOptions& topic,
                                             std::function<void(const Message&)> taken,
-                                            std::function<void(const std::string&)> refused) {
+                                            std::function<void(const std::string&)> refused,
+                                            std::function<void(const std::string&)> sent) {
     const auto receive = [message = std::static_pointer_cast<Message>(topic.type->make()), type = topic.type,
-                          taken = std::move(taken),
-                          refused = std::move(refused)](const ros::MessageEvent<const Raw>& event) {
+                          taken = std::move(taken), refused = std::move(refused),
+                          sent = std::move(sent)](const ros::MessageEvent<const Raw>& event) {
         const auto& header = event.getConnectionHeader();
         const auto said = [&](const char* key) {
             const auto found = header.find(key);
@@ -254,6 +255,7 @@ std::shared_ptr<ros::Subscriber> Node::hear(const TopicOptions& topic,
             return refused("a message of '" + event.getPublisherName() + "' is no " + type->name() + ": " +
                            error.what());
         }
+        if (sent) sent(event.getPublisherName());
         taken(*message);
     };
     ros::SubscribeOptions options;

@@ -191,6 +191,19 @@ TEST_F(Ros1Served, TellsThatItsControllerHasDiedWhichIsKilled) {
     expect_contains(served.line(), "the controller has died; its joints hold");
 }
 
+TEST_F(Ros1Served, TellsOfTwoControllers) {
+    Serving served("/torn_too");
+    expect_contains(served.line(), "serves the ");
+    const auto sends = [] {
+        return std::make_unique<Peer>(std::vector<std::string>{"send", "std_msgs/Float64MultiArray",
+                                                               "/torn_too/effort_controller/command", "50",
+                                                               "m.data=[0.0]*3"});
+    };
+    const auto one = sends(), other = sends();
+    expect_contains(served.line(), "a controller has come");
+    expect_contains(served.line(), "two controllers send commands to it by turns; end one of them");
+}
+
 TEST_F(Ros1Served, EndsItsDiagramWhereItsServerDies) {
     auto served = std::make_unique<Serving>("/dies");
     Running run(diagram(icub + "  world: {block: Ros1/Robot, period: 0.001, namespace: /dies, start_timeout: "

@@ -4,6 +4,8 @@
 #include "bf/middleware/topic_end.hpp"
 #include "messages.hpp"
 
+#include <algorithm>
+#include <cstdint>
 #include <utility>
 
 namespace bf::ros2 {
@@ -31,15 +33,18 @@ class ServedTopics final : public middleware::ServedTopics {
     void hear_references(const std::string& topic,
                          std::function<void(std::span<const double>)> taken) override {
         commands_.push_back(node_.subscribe(
-            messages::numbers(), topic, {1, true}, [taken = std::move(taken)](const void* message) {
+            messages::numbers(), topic, {1, true},
+            [taken = std::move(taken)](const void* message) {
                 const auto& data = static_cast<const messages::Numbers*>(message)->data;
                 taken({data.data, data.size});
-            }));
+            },
+            new_drivers()));
     }
     void hear_trajectories(const std::string& topic,
                            std::function<void(const middleware::JointTrajectory&)> taken) override {
         commands_.push_back(node_.subscribe(
-            messages::trajectory(), topic, {}, [taken = std::move(taken)](const void* message) {
+            messages::trajectory(), topic, {},
+            [taken = std::move(taken)](const void* message) {
                 const auto& from = *static_cast<const messages::Trajectory*>(message);
                 middleware::JointTrajectory to;
                 for (std::size_t i = 0; i < from.joint_names.size; ++i)
@@ -53,7 +58,8 @@ class ServedTopics final : public middleware::ServedTopics {
                                          numbers(point.positions), numbers(point.velocities)});
                 }
                 taken(to);
-            }));
+            },
+            new_drivers()));
     }
     void offer(const std::string& name, std::function<std::string(bool&)> answer) override {
         services_.push_back(messages::serve(node_, "~/" + name, std::move(answer)));
@@ -105,13 +111,21 @@ class ServedTopics final : public middleware::ServedTopics {
         return all;
     }
     bool has_double() const noexcept override { return joints_->others() > 0; }
+    bool has_two_drivers() const noexcept override {
+        return std::ranges::any_of(drivers_, [](const auto& each) { return each->are_two(); });
+    }
 
   private:
+    std::function<void(std::uint64_t)> new_drivers() {
+        drivers_.push_back(std::make_shared<middleware::Drivers>());
+        return [its = drivers_.back()](std::uint64_t who) { its->sent(who); };
+    }
     Node node_;
     std::vector<std::string> wrench_names_, imu_names_;
     std::shared_ptr<Publisher> joints_, clock_;
     std::vector<std::shared_ptr<Publisher>> wrenches_, imus_;
     std::vector<std::shared_ptr<Subscription>> commands_;
+    std::vector<std::shared_ptr<middleware::Drivers>> drivers_; ///< of each of them
     std::vector<std::shared_ptr<Service>> services_;
     std::shared_ptr<messages::JointState> joint_ =
         messages::make<messages::JointState>(messages::joint_state());

@@ -13,6 +13,7 @@
 #include <rcl/graph.h>
 #include <rcutils/logging.h>
 #include <stdexcept>
+#include <string_view>
 #include <unistd.h>
 
 namespace bf::ros2 {
@@ -116,8 +117,8 @@ double Context::now() const noexcept {
 
 Subscription::Subscription(std::shared_ptr<Context> context, const MessageMemory& type,
                            const std::string& topic, const Quality& quality,
-                           std::function<void(const void*)> taken)
-    : context_(std::move(context)), message_(type.make()), taken_(std::move(taken)) {
+                           std::function<void(const void*)> taken, std::function<void(std::uint64_t)> sent)
+    : context_(std::move(context)), message_(type.make()), taken_(std::move(taken)), sent_(std::move(sent)) {
     auto options = rcl_subscription_get_default_options();
     options.qos = profile_of(quality);
     const std::lock_guard lock(context_->ends);
@@ -138,7 +139,12 @@ void Subscription::add_to(rcl_wait_set_t& set) {
 }
 void Subscription::take() {
     rmw_message_info_t info = rmw_get_zero_initialized_message_info();
-    while (rcl_take(&handle_, message_.get(), &info, nullptr) == RCL_RET_OK) taken_(message_.get());
+    while (rcl_take(&handle_, message_.get(), &info, nullptr) == RCL_RET_OK) {
+        const std::string_view writer(reinterpret_cast<const char*>(info.publisher_gid.data),
+                                      sizeof info.publisher_gid.data);
+        if (sent_) sent_(std::hash<std::string_view>()(writer));
+        taken_(message_.get());
+    }
     rcl_reset_error();
 }
 
@@ -172,7 +178,6 @@ int Publisher::others() const noexcept {
     ignore(rcl_count_publishers(&context_->node, rcl_publisher_get_topic_name(&handle_), &count));
     return static_cast<int>(count) - 1;
 }
-
 std::string Publisher::another() const {
     auto all = rcl_get_zero_initialized_topic_endpoint_info_array();
     auto allocator = rcutils_get_default_allocator();
@@ -288,9 +293,10 @@ template <class T> std::shared_ptr<T> Node::awaited(std::shared_ptr<T> entity) {
 }
 
 std::shared_ptr<Subscription> Node::subscribe(const MessageMemory& type, const std::string& topic,
-                                              const Quality& quality,
-                                              std::function<void(const void*)> taken) {
-    return awaited(std::make_shared<Subscription>(context_, type, topic, quality, std::move(taken)));
+                                              const Quality& quality, std::function<void(const void*)> taken,
+                                              std::function<void(std::uint64_t)> sent) {
+    return awaited(
+        std::make_shared<Subscription>(context_, type, topic, quality, std::move(taken), std::move(sent)));
 }
 
 std::shared_ptr<Publisher> Node::advertise(const MessageMemory& type, const std::string& topic,

@@ -4,6 +4,7 @@
 #include "bf/middleware/outbox.hpp"
 
 #include <atomic>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -71,9 +72,11 @@ struct MessageMemory {
 
 class Subscription final : public Awaited {
   public:
-    /// `taken` is called in the waiting thread for each message; it owns all that it uses.
+    /// `taken` is called in the waiting thread for each message, behind `sent` with a number of who has sent
+    /// it; they own all that they use.
     Subscription(std::shared_ptr<Context> context, const MessageMemory& type, const std::string& topic,
-                 const Quality& quality, std::function<void(const void*)> taken);
+                 const Quality& quality, std::function<void(const void*)> taken,
+                 std::function<void(std::uint64_t)> sent);
     ~Subscription() override;
     /// How many send to the topic.
     int writers() const noexcept;
@@ -85,6 +88,7 @@ class Subscription final : public Awaited {
     rcl_subscription_t handle_ = rcl_get_zero_initialized_subscription();
     std::shared_ptr<void> message_;
     std::function<void(const void*)> taken_;
+    std::function<void(std::uint64_t)> sent_;
 };
 
 class Publisher {
@@ -159,7 +163,8 @@ class Node {
     std::shared_ptr<Context> context() const { return context_; }
 
     std::shared_ptr<Subscription> subscribe(const MessageMemory& type, const std::string& topic,
-                                            const Quality& quality, std::function<void(const void*)> taken);
+                                            const Quality& quality, std::function<void(const void*)> taken,
+                                            std::function<void(std::uint64_t)> sent = nullptr);
     std::shared_ptr<Publisher> advertise(const MessageMemory& type, const std::string& topic,
                                          const Quality& quality) const;
     std::shared_ptr<Service> serve(const rosidl_service_type_support_t* support, const std::string& name,

@@ -461,6 +461,33 @@ TEST_F(Ros2Served, TellsWhatItHasLeftOut) {
                     "trajectory that it cannot follow; so are those that follow");
 }
 
+TEST_F(Ros2Served, TellsOfTwoControllers) {
+    if (!Peer::is_there()) GTEST_SKIP() << "there is no rclpy";
+    Served served(end_in("/other", true), diagram(icub + icub_world));
+    auto shown = middleware::make_served_robot("world",
+                                               {.path = "world",
+                                                .is_alone = true,
+                                                .device = *served.device,
+                                                .robot = *served.robot,
+                                                .options = {},
+                                                .host = {}},
+                                               end_in("/icub", true));
+    shown->start(0.001);
+    const auto sends = [] {
+        return std::make_unique<Peer>(std::vector<std::string>{"send", "std_msgs/msg/Float64MultiArray",
+                                                               "/icub/effort_controller/commands", "50",
+                                                               "m.data=[0.0]*3"});
+    };
+    const auto one = sends();
+    ASSERT_EQ(one->line(), "ready");
+    usleep(1'000'000);
+    EXPECT_EQ(shown->take_news(), "") << "it is alone";
+    const auto other = sends();
+    std::string news;
+    for (int k = 0; k < 3000 && news.empty(); ++k, usleep(10'000)) news = shown->take_news();
+    EXPECT_EQ(news, "two controllers send commands to it by turns; end one of them");
+}
+
 TEST_F(Ros2Served, TellsOfAnotherRobotOfItsName) {
     Served served(end_in("/other", true), diagram(icub + icub_world));
     const auto show = [&] {

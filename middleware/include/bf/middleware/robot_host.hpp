@@ -40,6 +40,8 @@ class RobotEnd {
     virtual const char* what_is_rejected() const noexcept { return "a message that is not for it"; }
     /// Does another program show a robot of the same name, where nobody can be kept from it?
     virtual bool has_double() const noexcept { return false; }
+    /// Do two controllers command it by turns, where nobody can be kept from it?
+    virtual bool has_two_drivers() const noexcept { return false; }
     /// How users call it, such as "robot 'icub' in shared memory".
     virtual const std::string& name() const noexcept = 0;
 };

@@ -72,10 +72,11 @@ void measure_bare(Measured& measured) {
                there = std::make_shared<ros2::Context>(ros2::NodeOptions{.name = "there"});
     std::atomic<double> came{0};
     bf::middleware::Bell bell{};
-    ros2::Subscription subscription(there, ros2::messages::numbers(), "/bare", {}, [&](const void*) {
+    const auto taken = [&](const void*) {
         came = system_time();
         bell.ring();
-    });
+    };
+    ros2::Subscription subscription(there, ros2::messages::numbers(), "/bare", {}, taken, nullptr);
     ros2::Publisher publisher(here, ros2::messages::numbers(), "/bare", {});
     std::atomic<bool> goes_on{true};
     std::thread listens([&] {

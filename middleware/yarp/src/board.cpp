@@ -42,6 +42,7 @@ namespace dev = ::yarp::dev;
 constexpr double radians = M_PI / 180; ///< YARP's angles are degrees
 constexpr double longest_switch = 1;   ///< s until a board tells of a mode that was set
 constexpr double longest_way = 0.2;    ///< s by which a state may be overtaken
+constexpr double longest_stand = 0.2;  ///< s between two states of a simulator that runs
 constexpr double longest_wait = 4;     ///< s for what a simulator was told or measures to come
 constexpr double no_time = 0;          ///< s, the stamps of boards without a clock
 constexpr double never = -std::numeric_limits<double>::infinity();
@@ -272,7 +273,7 @@ class Board final : public toolbox::RobotConnection {
             if (has_speeds_) positions_->setRefSpeeds(speeds_.data());
             if (has_accelerations_) velocities_->setRefAccelerations(accelerations_.data());
         }
-        if (simulator_) simulator_->resume();
+        if (simulator_ && has_run_) simulator_->resume();
         simulator_.reset();
         for (auto* ports : {&wrenches_, &imus_})
             for (auto& sensor : *ports) sensor.stop();
@@ -465,8 +466,8 @@ class Board final : public toolbox::RobotConnection {
     template <class I> using All = bool (I::*)(const double*);
     template <class I> using Each = bool (I::*)(double*);
 
-    template <class F> static bool waits_for(F&& is_there) {
-        for (const double end = middleware::now() + longest_wait; !is_there();) {
+    template <class F> static bool waits_for(F&& is_there, double patience = longest_wait) {
+        for (const double end = middleware::now() + patience; !is_there();) {
             if (middleware::now() > end) return false;
             os::SystemClock::delaySystem(20e-6);
         }
@@ -474,6 +475,8 @@ class Board final : public toolbox::RobotConnection {
     }
     void halt_simulator(const std::string& local) {
         simulator_ = Network().open()->open_simulator(options_.simulator, local + "/clock/rpc:o", 5);
+        const double time = newest_.stamps.maxCoeff();
+        has_run_ = waits_for([&] { return look() && newest_.stamps.maxCoeff() > time; }, longest_stand);
         if (!simulator_->pause() || !waits_for([&] { return look(); }))
             throw std::runtime_error("its boards tell no times, or " + options_.simulator +
                                      " does not pause it");
@@ -594,6 +597,7 @@ class Board final : public toolbox::RobotConnection {
     bool has_speeds_ = false, has_accelerations_ = false, is_limited_ = false;
     States newest_;
     std::shared_ptr<toolbox::SimulatorConnection> simulator_; ///< null: it has a clock of its own
+    bool has_run_ = false;                                    ///< before this program halted it
     double due_ = 0;                                          ///< time of the simulator, s
     double agreed_ = 0;    ///< when a mode was set or all joints were in it, by the boards' clock, s
     double agreed_at_ = 0; ///< the same by ours, s

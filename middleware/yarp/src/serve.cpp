@@ -220,7 +220,7 @@ class YarpRobot final : public middleware::ServedRobot {
     explicit YarpRobot(const ServeRequest& request)
         : request_(request), robot_(request.robot), n_(request.device.joints()),
           shared_(request.device.joint_names()), mode_(static_cast<std::size_t>(n_), VOCAB_CM_POSITION),
-          wished_(mode_.size()), overruled_(mode_.size(), {-1, 0}), led_(VectorXd::Zero(n_)),
+          wished_(mode_.size()), overruled_(mode_.size(), {-1, 0}), left_(overruled_), led_(VectorXd::Zero(n_)),
           speed_(VectorXd::Zero(n_)), references_(VectorXd::Zero(n_)), values_(n_), s_(n_), before_(n_) {
         const auto& boards = request.options.find("board");
         parts_ = boards == request.options.end() ? parts_of(shared_.joints)
@@ -285,9 +285,7 @@ class YarpRobot final : public middleware::ServedRobot {
             // robot goes on.
             send();
             for (int waited = 1; !clock_->next(0.002); ++waited) {
-                take_wishes();
-                if (is_driven_ && had_clients_ && clock_->clients() == 0) let_go(Event::left);
-                had_clients_ = clock_->clients() > 0;
+                take_led_wishes();
                 if (waited % 8 == 1 || are_modes_new_) {
                     show_state(time);
                     send();
@@ -295,8 +293,7 @@ class YarpRobot final : public middleware::ServedRobot {
                 are_modes_new_ = false;
                 if (waited % 25 == 0 && request_.host.goes_on && !request_.host.goes_on()) return;
             }
-            take_wishes();
-            had_clients_ = clock_->clients() > 0;
+            take_led_wishes(); // somebody may have let it run freely before he left
         }
         lead();
     }
@@ -427,13 +424,32 @@ class YarpRobot final : public middleware::ServedRobot {
             }
             if (taken_[b].number == 1) continue; // the board's own first one
             heard_ = middleware::now();
-            if (!std::exchange(is_driven_, true)) tell(Event::came);
+        }
+        if (!is_driven_ && is_asked()) {
+            is_driven_ = true;
+            tell(Event::came);
         }
         take_modes();
     }
+    /// In lockstep whoever lets it go on and is gone drives it no more. He is looked for first, as all that
+    /// he wished has come when he is gone.
+    void take_led_wishes() noexcept {
+        const bool has_clients = clock_->clients() > 0;
+        take_wishes();
+        if (is_driven_ && had_clients_ && !has_clients) let_go(Event::left);
+        had_clients_ = has_clients;
+    }
 
+    /// Has a mode or a position been asked for since the last controller left? Speeds alone are what he puts
+    /// back, and other references may still be on their way.
+    bool is_asked() const noexcept {
+        for (std::size_t j = 0; j < wished_.size(); ++j)
+            if (left_[j] != std::pair(wished_[j].times, wished_[j].values[Wish::position])) return true;
+        return false;
+    }
     /// Joints go over when all are asked for modes that the world has at once.
     void take_modes() noexcept {
+        const bool was_streamed = is_streamed();
         int world = -2;
         for (std::size_t j = 0; j < mode_.size(); ++j) {
             const int its = control_mode_of(wanted(j));
@@ -451,7 +467,6 @@ class YarpRobot final : public middleware::ServedRobot {
             is_mixed_ = false;
         }
         if (world != world_mode_) {
-            const bool was_streamed = is_streamed();
             if (!robot_.set_mode(static_cast<ControlMode>(world))) {
                 tell(Event::refused);
                 return;
@@ -461,8 +476,6 @@ class YarpRobot final : public middleware::ServedRobot {
             speed_.setZero();
             references_.setZero();
             std::ranges::fill(mode_, 0); // of before
-            if (is_driven_ && was_streamed && world == static_cast<int>(ControlMode::position_direct))
-                leave(Event::left);
         }
         for (std::size_t j = 0; j < mode_.size(); ++j) {
             const int its = wanted(j);
@@ -471,6 +484,9 @@ class YarpRobot final : public middleware::ServedRobot {
             speed_[static_cast<Eigen::Index>(j)] = 0;
             are_modes_new_ = true;
         }
+        // Who ends gives the joints back; in lockstep he leaves a moment later.
+        const bool leads = request_.host.waits && clock_->clients() > 0;
+        if (is_driven_ && was_streamed && !is_streamed() && !leads) leave(Event::left);
     }
     /// What is wished of the joint, unless it was taken back since.
     int wanted(std::size_t j) const {
@@ -556,6 +572,7 @@ class YarpRobot final : public middleware::ServedRobot {
                           (shared_.has_motor_parameters ? 4 : 0);
         }
         is_driven_ = false;
+        remember();
         ++gone_;
         tell(why);
     }
@@ -565,11 +582,16 @@ class YarpRobot final : public middleware::ServedRobot {
             wished_[static_cast<std::size_t>(j)].values[Wish::position] = s_[j];
         }
         overrule();
+        remember();
         take_modes();
     }
     void overrule() noexcept {
         for (std::size_t j = 0; j < mode_.size(); ++j)
             overruled_[j] = {wished_[j].times, wished_[j].values[Wish::position]};
+    }
+    void remember() noexcept {
+        for (std::size_t j = 0; j < mode_.size(); ++j)
+            left_[j] = {wished_[j].times, wished_[j].values[Wish::position]};
     }
     void tell(Event event) noexcept {
         const unsigned next = told_.load();
@@ -616,6 +638,7 @@ class YarpRobot final : public middleware::ServedRobot {
     std::vector<Wish> wished_; ///< of each joint
     /// The Wish::times that count no more since the joint was taken back, and the position wished then.
     std::vector<std::pair<double, double>> overruled_;
+    std::vector<std::pair<double, double>> left_; ///< the same when the last controller left
     int world_mode_ = -1;
     VectorXd led_, speed_;             ///< of the modes of position
     VectorXd references_, values_, s_; ///< of the other modes; what was read; joint positions

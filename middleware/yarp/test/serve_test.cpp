@@ -433,6 +433,41 @@ TEST_F(YarpServe, IsDrivenInLockstepByADiagram) {
     run.simulation.stop();
 }
 
+TEST_F(YarpServe, StandsStillAndEndsWhenItsControllerHasLeftInAnyMode) {
+    const auto drive = [](const std::string& mode) {
+        Running run(diagram(icub +
+                                "  world: {block: Yarp/Robot, period: 0.001, timeout: 5, start_timeout: 60, "
+                                "boards: \"{'left_leg'}\", simulator: /clock/rpc}\n"
+                                "  c: {block: Constant, value: [0.1, -0.1, 0]}\n"
+                                "  drive: {block: WholeBodyToolbox/SetReferences, control_type: " +
+                                mode + "}\n",
+                            "  c: drive\n", "Yarp"));
+        for (int k = 0; k < 20 && run.step();) ++k;
+        run.simulation.stop();
+    };
+    for (const std::string mode : {"Position", "Position Direct", "Velocity", "Torque", "Impedance"}) {
+        SCOPED_TRACE(mode);
+        std::filesystem::remove(folder_ / "said");
+        auto served = serve({"--once"});
+        ASSERT_TRUE(is_there("/clock/rpc"));
+        drive(mode); // of which the robot refuses the last one
+        EXPECT_TRUE(served.ends_well(10));
+        const std::string said = read("said"), came = "a controller has come";
+        EXPECT_EQ(said.find(came), said.rfind(came)) << said;
+        expect_contains(said, "the controller has left; its joints hold");
+    }
+    const auto served = serve();
+    ASSERT_TRUE(is_there("/clock/rpc"));
+    for (const std::string mode : {"Velocity", "Torque"}) {
+        Clock clock;
+        drive(mode);
+        const double time = clock.ask("getSimulationTime");
+        usleep(200'000);
+        EXPECT_EQ(clock.ask("getSimulationTime"), time) << mode;
+        EXPECT_LT(time, 0.05);
+    }
+}
+
 TEST_F(YarpServe, EndsADiagramWhenItStandsStillOrIsKilled) {
     for (const bool is_killed : {true, false}) {
         auto served = serve();

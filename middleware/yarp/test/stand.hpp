@@ -48,6 +48,17 @@ class Program {
         return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
     }
 
+    /// Has it ended well, within that many s? One that has not ended goes on.
+    bool ends_well(double patience) {
+        int status = -1;
+        for (int tries = 0; tries < patience * 100; ++tries, usleep(10'000))
+            if (waitpid(process_, &status, WNOHANG) == process_) {
+                process_ = 0;
+                return WIFEXITED(status) && WEXITSTATUS(status) == 0;
+            }
+        return false;
+    }
+
   private:
     pid_t process_ = 0;
 };

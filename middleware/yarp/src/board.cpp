@@ -1,5 +1,7 @@
 #include "board.hpp"
 
+#include "bf/core/interrupt.hpp"
+#include "bf/core/value.hpp"
 #include "bf/middleware/clock.hpp"
 #include "network.hpp"
 
@@ -208,12 +210,8 @@ class Board final : public toolbox::RobotConnection {
         os::Property wanted;
         wanted.put("device", "remotecontrolboardremapper");
         std::vector<std::string> boards;
-        for (const auto& board : options_.boards) {
-            boards.push_back("/" + options_.robot + "/" + board);
-            if (!os::NetworkBase::exists(boards.back() + "/rpc:i", true))
-                throw std::runtime_error("there is no control board at " + boards.back() +
-                                         "; start the robot's interface, or correct robot and boards");
-        }
+        for (const auto& board : options_.boards) boards.push_back("/" + options_.robot + "/" + board);
+        await(boards);
         const auto add = [&](const char* key, const std::vector<std::string>& words) {
             os::Bottle list = list_of(words);
             wanted.addGroup(key);
@@ -472,6 +470,26 @@ class Board final : public toolbox::RobotConnection {
             os::SystemClock::delaySystem(20e-6);
         }
         return true;
+    }
+    void await(const std::vector<std::string>& boards) const {
+        const double end = middleware::now() + 0.9 * options_.start_timeout; // so that it says why itself
+        for (const auto& board : boards) {
+            bool is_told = false;
+            while (!is_there(board + "/stateExt:o")) { // the port that it opens last
+                if (os::NetworkBase::getLocalMode())
+                    throw std::runtime_error("there is no control board at " + board + ", and " +
+                                             no_name_server);
+                if (is_interrupted()) throw std::runtime_error(interrupted);
+                if (middleware::now() > end)
+                    throw std::runtime_error("there is no control board at " + board +
+                                             " within start_timeout (" +
+                                             bf::Value(options_.start_timeout).describe() +
+                                             " s); start the robot's interface, or correct robot and boards");
+                if (!std::exchange(is_told, true))
+                    tell_wait(("the control board " + board + " of YARP robot '" + options_.robot + "'").c_str());
+                os::SystemClock::delaySystem(0.05);
+            }
+        }
     }
     void halt_simulator(const std::string& local) {
         simulator_ = Network().open()->open_simulator(options_.simulator, local + "/clock/rpc:o", 5);

@@ -12,6 +12,9 @@ namespace bf::yarp {
 /// Joins the network of YARP, until the program ends: YARP cannot be begun twice. Throws std::runtime_error
 /// where no name server answers.
 void join();
+/// What to do where no name server is known.
+inline constexpr char no_name_server[] = "no YARP name server is known; start `yarpserver --write`, or say "
+                                         "where one is by `yarp conf HOST PORT`";
 
 /// How others lead a simulator.
 enum class Led {

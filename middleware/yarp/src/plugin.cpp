@@ -3,6 +3,10 @@
 #include "board.hpp"
 #include "network.hpp"
 
+#include <algorithm>
+#include <cctype>
+#include <string_view>
+
 namespace bf::yarp {
 
 namespace {
@@ -12,6 +16,11 @@ class Robot final : public middleware::RemoteRobot {
     explicit Robot(const Arguments& arguments) : RemoteRobot(arguments) {
         if (boards->empty())
             problem("argument 'boards' is empty; name the robot's control boards, such as left_leg");
+        if (!is_name(robot))
+            problem("argument 'robot' is '" + *robot + "'; " + how_to_name + ", such as icubSim");
+        for (const auto& board : *boards)
+            if (!is_name(board))
+                problem("argument 'boards' has '" + board + "'; " + how_to_name + ", such as left_leg");
         require_names_of(wrenches, "/port");
         require_names_of(imus, "/port");
     }
@@ -47,7 +56,19 @@ class Robot final : public middleware::RemoteRobot {
     std::unique_ptr<middleware::RobotLink> make_link() const override {
         return middleware::make_threaded_link(
             "YARP robot '" + *robot + "'",
-            make_driver({robot, boards, joint_names(), local, wrenches, imus, simulator, carrier}), thread);
+            make_driver({robot, boards, joint_names(), local, wrenches, imus, simulator, carrier,
+                         start_timeout}),
+            thread);
+    }
+    static constexpr char how_to_name[] = "write what its ports are called, without / at both ends, of "
+                                          "letters, digits and _-./";
+    static bool is_name(const std::string& text) {
+        return !text.empty() && text.front() != '/' && text.back() != '/' &&
+               text.find("//") == text.npos &&
+               std::ranges::all_of(text, [](unsigned char c) {
+                   return std::isalnum(c) || std::string_view("_-./").find(static_cast<char>(c)) !=
+                                                 std::string_view::npos;
+               });
     }
 };
 

@@ -230,9 +230,7 @@ class YarpRobot final : public middleware::ServedRobot {
         unsetenv("YARP_CLOCK"); // which this program is, for all others
         join();
         if (os::NetworkBase::getLocalMode()) // as it is where nobody has said where the name server is
-            throw std::runtime_error(
-                "no YARP name server is known; start `yarpserver --write`, or say where one "
-                "is by `yarp conf HOST PORT`");
+            throw std::runtime_error(no_name_server);
     }
     ~YarpRobot() override {
         is_over_ = true;

@@ -1,7 +1,10 @@
 // A diagram drives boards of another program, which a name server knows.
 #include "../../test/served.hpp"
+#include "bf/core/interrupt.hpp"
 #include "running.hpp"
 #include "stand.hpp"
+
+#include <future>
 
 namespace bf::yarp::test {
 namespace {
@@ -44,11 +47,21 @@ TEST_F(YarpBoards, LeadsToBoardsOfAnotherProgramUntilTheyAreKilled) {
     setenv("YARP_CONFIG_HOME", folder_.c_str(), 1);
     const auto server = name_server();
     ASSERT_TRUE(is_there("/root"));
-    expect_contains(refusal(robot),
-                    "robot: YARP robot 'icubSim': there is no control board at /icubSim/left_leg");
+    std::string impatient = robot;
+    impatient.replace(impatient.find("start_timeout: 20"), 17, "start_timeout: 2");
+    const double asked = middleware::now();
+    expect_contains(refusal(impatient), "robot: YARP robot 'icubSim': there is no control board at "
+                                        "/icubSim/left_leg within start_timeout (2 s); start the robot's");
+    EXPECT_GT(middleware::now() - asked, 1.7);
+    static std::string waits;
+    listen_to_waits([](const char* what) { waits += what; });
+    auto starts = std::async(std::launch::async, [] { return std::make_unique<Running>(robot); });
+    usleep(1'000'000);
     auto leg = boards();
-    ASSERT_TRUE(is_there("/icubSim/left_leg/stateExt:o"));
-    Running run(robot);
+    const auto started = starts.get();
+    Running& run = *started;
+    listen_to_waits(nullptr);
+    EXPECT_EQ(waits, "the control board /icubSim/left_leg of YARP robot 'icubSim'");
     const Eigen::Vector3d target(0.1, 0.2, -0.3);
     run.set("u", target);
     double error = 1;

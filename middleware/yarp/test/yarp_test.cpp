@@ -355,8 +355,16 @@ TEST_F(YarpRobot, SaysWhatIsMissing) {
     expect_contains(refusal(robot("")), "argument 'boards' is empty; name the robot's control boards");
     expect_contains(
         refusal(robot(", boards: \"{'right_leg'}\"")),
-        "robot: YARP robot 'icubSim': there is no control board at /icubSim/right_leg; start the robot's "
-        "interface, or correct robot and boards");
+        "robot: YARP robot 'icubSim': there is no control board at /icubSim/right_leg, and no YARP name server "
+        "is known; start `yarpserver --write`, or say where one is by `yarp conf HOST PORT`");
+    for (const std::string name : {"", "/x", "x/", "a b", "a//b"}) {
+        expect_contains(refusal(robot(", boards: \"{'left_leg'}\", robot: '" + name + "'")),
+                        "argument 'robot' is '" + name +
+                            "'; write what its ports are called, without / at both ends, of letters, digits "
+                            "and _-./, such as icubSim");
+        expect_contains(refusal(robot(", boards: \"{'left_leg', '" + name + "'}\"")),
+                        "argument 'boards' has '" + name + "'; write what its ports are called");
+    }
     std::string wrong = robot();
     wrong.replace(wrong.find("'knee'"), 6, "'nee'");
     expect_contains(refusal(wrong), "robot: YARP robot 'icubSim': its control boards");

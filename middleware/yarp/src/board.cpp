@@ -254,6 +254,7 @@ class Board final : public toolbox::RobotConnection {
         driver_.view(pids_);
         if (!encoders_ || !stamped_ || !modes_)
             throw std::runtime_error("its boards have no encoders or no control modes");
+        find_units();
         newest_ = States(n_);
         if (!waits_for([&] { return look(); }))
             throw std::runtime_error("its encoders send nothing within 4 s");
@@ -324,8 +325,8 @@ class Board final : public toolbox::RobotConnection {
             const bool is_known =
                 limits_ && (which == Limits::position ? limits_->getLimits(j, &low, &high)
                                                       : limits_->getVelLimits(j, &low, &high));
-            minimum[j] = is_known ? low * radians : -std::numeric_limits<double>::infinity();
-            maximum[j] = is_known ? high * radians : std::numeric_limits<double>::infinity();
+            minimum[j] = is_known ? low * units_[j] : -std::numeric_limits<double>::infinity();
+            maximum[j] = is_known ? high * units_[j] : std::numeric_limits<double>::infinity();
         }
         return true;
     }
@@ -359,7 +360,7 @@ class Board final : public toolbox::RobotConnection {
         return is_since && middleware::now() - agreed_at_ > patience_ ? j : -1;
     }
     bool set_trajectory_limit(ControlMode mode, double limit) noexcept override {
-        const VectorXd all = VectorXd::Constant(n_, limit / radians);
+        const VectorXd all = VectorXd::Constant(n_, limit).cwiseQuotient(units_);
         is_limited_ = true;
         if (mode == ControlMode::position)
             return told(positions_ && positions_->setRefSpeeds(all.data()), "no speeds");
@@ -368,7 +369,7 @@ class Board final : public toolbox::RobotConnection {
         return true;
     }
     bool write(ControlMode mode, const Eigen::Ref<const VectorXd>& references) noexcept override {
-        const VectorXd degrees = references / radians, raw = references;
+        const VectorXd ways = references.cwiseQuotient(units_), raw = references;
         VectorXd came(n_);
         // What is streamed comes at some time or gets lost, and a simulator goes on only when it has come.
         // Not all boards tell what they were given.
@@ -386,13 +387,13 @@ class Board final : public toolbox::RobotConnection {
             });
         };
         switch (mode) {
-        case ControlMode::position: return positions_ && positions_->positionMove(degrees.data());
+        case ControlMode::position: return positions_ && positions_->positionMove(ways.data());
         case ControlMode::position_direct:
             return give(direct_, All<dev::IPositionDirect>(&dev::IPositionDirect::setPositions),
-                        Each<dev::IPositionDirect>(&dev::IPositionDirect::getRefPositions), degrees);
+                        Each<dev::IPositionDirect>(&dev::IPositionDirect::getRefPositions), ways);
         case ControlMode::velocity:
             return give(velocities_, All<dev::IVelocityControl>(&dev::IVelocityControl::velocityMove),
-                        Each<dev::IVelocityControl>(&dev::IVelocityControl::getRefVelocities), degrees);
+                        Each<dev::IVelocityControl>(&dev::IVelocityControl::getRefVelocities), ways);
         case ControlMode::torque:
             return give(torques_, All<dev::ITorqueControl>(&dev::ITorqueControl::setRefTorques),
                         Each<dev::ITorqueControl>(&dev::ITorqueControl::getRefTorques), raw);
@@ -486,9 +487,20 @@ class Board final : public toolbox::RobotConnection {
                                              bf::Value(options_.start_timeout).describe() +
                                              " s); start the robot's interface, or correct robot and boards");
                 if (!std::exchange(is_told, true))
-                    tell_wait(("the control board " + board + " of YARP robot '" + options_.robot + "'").c_str());
+                    tell_wait(
+                        ("the control board " + board + " of YARP robot '" + options_.robot + "'").c_str());
                 os::SystemClock::delaySystem(0.05);
             }
+        }
+    }
+    /// Prismatic joints are in m at both ends; a board that tells no kind has revolute ones.
+    void find_units() {
+        dev::IAxisInfo* axes = nullptr;
+        driver_.view(axes);
+        units_.setConstant(n_, radians);
+        for (int j = 0; axes && j < n_; ++j) {
+            auto kind = dev::VOCAB_JOINTTYPE_UNKNOWN;
+            if (axes->getJointType(j, kind) && kind == dev::VOCAB_JOINTTYPE_PRISMATIC) units_[j] = 1;
         }
     }
     void halt_simulator(const std::string& local) {
@@ -549,9 +561,16 @@ class Board final : public toolbox::RobotConnection {
             return false;
         };
         if (!all()) return false;
-        const bool is_angle = what != Measurement::joint_torque && what != Measurement::motor_current &&
-                              what != Measurement::motor_pwm;
-        if (is_angle) Eigen::Map<VectorXd>(to, n_) *= radians;
+        Eigen::Map<VectorXd> values(to, n_);
+        switch (what) {
+        case Measurement::joint_position:
+        case Measurement::joint_velocity:
+        case Measurement::joint_acceleration: values.array() *= units_.array(); break;
+        case Measurement::motor_position:
+        case Measurement::motor_velocity:
+        case Measurement::motor_acceleration: values *= radians; break;
+        default: break;
+        }
         return true;
     }
     /// Takes what is new of each joint. On their way states overtake each other, so one counts that is newer
@@ -611,7 +630,8 @@ class Board final : public toolbox::RobotConnection {
     dev::IControlLimits* limits_ = nullptr;
     dev::IPidControl* pids_ = nullptr;
     std::list<SensorPort> wrenches_, imus_;
-    VectorXd speeds_, accelerations_; ///< of trajectories, before this program came, in degrees
+    VectorXd units_;                  ///< ours for one of the board's, of each joint
+    VectorXd speeds_, accelerations_; ///< of trajectories, before this program came, as the board has them
     bool has_speeds_ = false, has_accelerations_ = false, is_limited_ = false;
     States newest_;
     std::shared_ptr<toolbox::SimulatorConnection> simulator_; ///< null: it has a clock of its own

@@ -16,8 +16,8 @@ struct BoardOptions {
     std::string local;                       ///< prefix of our own ports; empty: one that nobody else has
     std::vector<std::string> wrenches, imus; ///< "sensor=/port" each, which streams 6 or 12 numbers
     std::string simulator; ///< port of the ClockServer by which the robot goes on; empty: it goes by itself
-    std::string carrier;  ///< of states and commands; what is asked and answered goes by tcp
-    double start_timeout; ///< for which the start waits for boards, s
+    std::string carrier;   ///< of states and commands; what is asked and answered goes by tcp
+    double start_timeout;  ///< for which the start waits for boards, s
 };
 
 /// A driver over `remotecontrolboardremapper`, whose calls wait. Nothing is opened yet.

@@ -54,20 +54,18 @@ class Robot final : public middleware::RemoteRobot {
 
   private:
     std::unique_ptr<middleware::RobotLink> make_link() const override {
-        return middleware::make_threaded_link(
-            "YARP robot '" + *robot + "'",
-            make_driver({robot, boards, joint_names(), local, wrenches, imus, simulator, carrier,
-                         start_timeout}),
-            thread);
+        return middleware::make_threaded_link("YARP robot '" + *robot + "'",
+                                              make_driver({robot, boards, joint_names(), local, wrenches,
+                                                           imus, simulator, carrier, start_timeout}),
+                                              thread);
     }
     static constexpr char how_to_name[] = "write what its ports are called, without / at both ends, of "
                                           "letters, digits and _-./";
     static bool is_name(const std::string& text) {
-        return !text.empty() && text.front() != '/' && text.back() != '/' &&
-               text.find("//") == text.npos &&
+        return !text.empty() && text.front() != '/' && text.back() != '/' && text.find("//") == text.npos &&
                std::ranges::all_of(text, [](unsigned char c) {
-                   return std::isalnum(c) || std::string_view("_-./").find(static_cast<char>(c)) !=
-                                                 std::string_view::npos;
+                   return std::isalnum(c) ||
+                          std::string_view("_-./").find(static_cast<char>(c)) != std::string_view::npos;
                });
     }
 };

@@ -54,6 +54,9 @@ class Pretended {
             os::Log::setMinimumPrintLevel(os::Log::FatalType);
             open(board, "device controlboardwrapper2\nsubdevice fakeMotionControl\nname /icubSim/left_leg\n"
                         "period 5\n[GENERAL]\nJoints 3\nAxisName hip knee ankle\n");
+            open(rail, "device controlboardwrapper2\nsubdevice fakeMotionControl\nname /icubSim/rail\n"
+                       "period 5\n[GENERAL]\nJoints 2\nAxisName wheel slide\n"
+                       "AxisType revolute prismatic\n[LIMITS]\nMax 90 3\nMin -90 -2\n");
             open(imu,
                  "device multipleanalogsensorsserver\nsubdevice fakeIMU\nname /icubSim/imu\nperiod 10\n");
             keep_libraries();
@@ -76,17 +79,17 @@ class Pretended {
             if (!driver.open(wanted)) throw std::runtime_error("the pretended robot does not open");
         }
         os::Network network;
-        dev::PolyDriver board, imu;
+        dev::PolyDriver board, rail, imu;
     };
 };
 
 /// YARP's client of the board.
 class Look {
   public:
-    Look() {
+    explicit Look(const std::string& board = "left_leg") {
         os::Property wanted;
         wanted.put("device", "remote_controlboard");
-        wanted.put("remote", "/icubSim/left_leg");
+        wanted.put("remote", "/icubSim/" + board);
         wanted.put("local", "/look");
         if (!driver_.open(wanted)) throw std::runtime_error("YARP's client does not open");
     }
@@ -240,6 +243,29 @@ TEST_F(YarpRobot, HasTheSpeedsOfItsTrajectoriesBackAfterwards) {
     EXPECT_TRUE(are(11)) << now[0];
 }
 
+TEST_F(YarpRobot, IsInMetresWhereItsJointsArePrismatic) {
+    Pretended pretended;
+    Look look("rail");
+    Running run("model: m\nplugins: [Yarp, WholeBodyToolbox]\nstep: 0.005\nblocks:\n"
+                "  robot: {block: Yarp/Robot, joints: \"{'slide', 'wheel'}\", boards: \"{'rail'}\", "
+                "start_timeout: 20, silence: 5}\n"
+                "  s: {block: WholeBodyToolbox/GetMeasurement}\n"
+                "  limits: {block: WholeBodyToolbox/GetLimits, limit_type: ControlBoardPosition}\n"
+                "  u: {block: Constant, value: [0.05, 0.2]}\n"
+                "  drive: {block: WholeBodyToolbox/SetReferences, control_type: Position Direct}\n"
+                "connections: {u: drive}\n");
+    const Eigen::Vector2d target(0.05, 0.2);
+    EXPECT_TRUE(steps_until(run, [&] { return (run.get("s.y") - Matrix(target)).norm() < 1e-9; }))
+        << run.simulation.failure() << run.get("s.y");
+    double theirs[2] = {};
+    ASSERT_TRUE(look.as<dev::IEncoders>().getEncoders(theirs));
+    EXPECT_NEAR(theirs[0] * radians, 0.2, 1e-9);
+    EXPECT_NEAR(theirs[1], 0.05, 1e-9);
+    EXPECT_NEAR(run.get("limits.maximum")(0), 3, 1e-12);
+    EXPECT_NEAR(run.get("limits.minimum")(0), -2, 1e-12);
+    EXPECT_NEAR(run.get("limits.maximum")(1), M_PI / 2, 1e-12);
+}
+
 TEST_F(YarpRobot, TellsLimitsInRadians) {
     Pretended pretended;
     Look look;
@@ -353,10 +379,10 @@ TEST_F(YarpRobot, ReadsSensorsThatStreamAndThoseOfAServer) {
 TEST_F(YarpRobot, SaysWhatIsMissing) {
     Pretended pretended;
     expect_contains(refusal(robot("")), "argument 'boards' is empty; name the robot's control boards");
-    expect_contains(
-        refusal(robot(", boards: \"{'right_leg'}\"")),
-        "robot: YARP robot 'icubSim': there is no control board at /icubSim/right_leg, and no YARP name server "
-        "is known; start `yarpserver --write`, or say where one is by `yarp conf HOST PORT`");
+    expect_contains(refusal(robot(", boards: \"{'right_leg'}\"")),
+                    "robot: YARP robot 'icubSim': there is no control board at /icubSim/right_leg, and no "
+                    "YARP name server "
+                    "is known; start `yarpserver --write`, or say where one is by `yarp conf HOST PORT`");
     for (const std::string name : {"", "/x", "x/", "a b", "a//b"}) {
         expect_contains(refusal(robot(", boards: \"{'left_leg'}\", robot: '" + name + "'")),
                         "argument 'robot' is '" + name +

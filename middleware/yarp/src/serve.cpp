@@ -213,15 +213,16 @@ class Stream {
     os::BufferedPort<os::Bottle> port_;
 };
 
-/// Shows a robot as control boards. The world moves all of its joints in one mode; those of the modes
-/// POSITION, POSITION_DIRECT and VELOCITY it holds where they are led here, each in its own mode.
+/// Shows a robot as control boards. The world moves all joints in one mode; those in different ones of
+/// POSITION, POSITION_DIRECT and VELOCITY, or of different limits, it holds where they are led here.
 class YarpRobot final : public middleware::ServedRobot {
   public:
     explicit YarpRobot(const ServeRequest& request)
         : request_(request), robot_(request.robot), n_(request.device.joints()),
           shared_(request.device.joint_names()), mode_(static_cast<std::size_t>(n_), VOCAB_CM_POSITION),
-          wished_(mode_.size()), overruled_(mode_.size(), {-1, 0}), left_(overruled_), led_(VectorXd::Zero(n_)),
-          speed_(VectorXd::Zero(n_)), references_(VectorXd::Zero(n_)), values_(n_), s_(n_), before_(n_) {
+          wished_(mode_.size()), overruled_(mode_.size(), {-1, 0}), left_(overruled_),
+          led_(VectorXd::Zero(n_)), speed_(VectorXd::Zero(n_)), references_(VectorXd::Zero(n_)), values_(n_),
+          s_(n_), before_(n_) {
         const auto& boards = request.options.find("board");
         parts_ = boards == request.options.end() ? parts_of(shared_.joints)
                                                  : read_parts(boards->second, shared_.joints);
@@ -429,8 +430,7 @@ class YarpRobot final : public middleware::ServedRobot {
         }
         take_modes();
     }
-    /// In lockstep whoever lets it go on and is gone drives it no more. He is looked for first, as all that
-    /// he wished has come when he is gone.
+    /// In lockstep whoever led the clock and is gone, after his last wishes, drives it no more.
     void take_led_wishes() noexcept {
         const bool has_clients = clock_->clients() > 0;
         take_wishes();
@@ -438,28 +438,26 @@ class YarpRobot final : public middleware::ServedRobot {
         had_clients_ = has_clients;
     }
 
-    /// Has a mode or a position been asked for since the last controller left? Speeds alone are what he puts
-    /// back, and other references may still be on their way.
+    /// Has a controller come since the last one left, who puts speeds back and whose references may be late?
     bool is_asked() const noexcept {
-        for (std::size_t j = 0; j < wished_.size(); ++j)
-            if (left_[j] != std::pair(wished_[j].times, wished_[j].values[Wish::position])) return true;
+        for (std::size_t j = 0; j < left_.size(); ++j)
+            if (left_[j] != asked(j)) return true;
         return false;
+    }
+    std::pair<double, double> asked(std::size_t j) const noexcept {
+        return {wished_[j].times, wished_[j].values[Wish::position]};
     }
     /// Joints go over when all are asked for modes that the world has at once.
     void take_modes() noexcept {
         const bool was_streamed = is_streamed();
-        int world = -2;
-        for (std::size_t j = 0; j < mode_.size(); ++j) {
-            const int its = control_mode_of(wanted(j));
-            world = world == -2 || world == its ? its : -1;
-        }
+        int world = asked_of_world();
         if (world < 0) {
             // Boards are told one after the other, so that all of them are a moment later, mostly.
             if (mixed_since_ == 0) mixed_since_ = middleware::now();
             if (middleware::now() - mixed_since_ > 0.5) {
                 if (!std::exchange(is_mixed_, true)) tell(Event::mixed);
             }
-            world = world_mode_;
+            world = has_own_way() ? static_cast<int>(ControlMode::position_direct) : world_mode_;
         } else {
             mixed_since_ = 0;
             is_mixed_ = false;
@@ -469,22 +467,51 @@ class YarpRobot final : public middleware::ServedRobot {
                 tell(Event::refused);
                 return;
             }
+            // The world's own trajectories begin where its joints are, and ours go on where they end.
+            if (world != static_cast<int>(ControlMode::position_direct) || !has_own_way()) {
+                led_ = s_;
+                speed_.setZero();
+                std::ranges::fill(mode_, 0); // of before
+            }
             world_mode_ = world;
-            led_ = s_;
-            speed_.setZero();
+            limit_ = -1;
             references_.setZero();
-            std::ranges::fill(mode_, 0); // of before
         }
         for (std::size_t j = 0; j < mode_.size(); ++j) {
             const int its = wanted(j);
-            if (control_mode_of(its) != world_mode_ || mode_[j] == its) continue;
+            if (!(has_own_way() || control_mode_of(its) == world_mode_) || mode_[j] == its) continue;
             mode_[j] = its;
             speed_[static_cast<Eigen::Index>(j)] = 0;
             are_modes_new_ = true;
         }
+        if (has_own_way() && limit_ != limit_of(0)) {
+            limit_ = limit_of(0);
+            robot_.set_trajectory_limit(static_cast<ControlMode>(world_mode_), limit_);
+        }
         // Who ends gives the joints back; in lockstep he leaves a moment later.
         const bool leads = request_.host.waits && clock_->clients() > 0;
         if (is_driven_ && was_streamed && !is_streamed() && !leads) leave(Event::left);
+    }
+    /// The mode of the world in which all joints can be moved as is asked; -1: there is none.
+    int asked_of_world() const noexcept {
+        int world = -2;
+        bool is_one = true; // mode and limit
+        for (std::size_t j = 0; j < mode_.size(); ++j) {
+            const int its = control_mode_of(wanted(j));
+            world = world == -2 || world == its ? its : -1;
+            is_one = is_one && wanted(j) == wanted(0) && limit_of(j) == limit_of(0);
+        }
+        if (!is_one || world != static_cast<int>(ControlMode::position_direct)) return world;
+        if (wanted(0) == VOCAB_CM_POSITION_DIRECT) return world;
+        const auto own = wanted(0) == VOCAB_CM_VELOCITY ? ControlMode::velocity : ControlMode::position;
+        return shared_.modes >> static_cast<int>(own) & 1 ? static_cast<int>(own) : world;
+    }
+    /// Does the world lead the joints, all in its mode of that name?
+    bool has_own_way() const noexcept { return is_in(ControlMode::position) || is_in(ControlMode::velocity); }
+    bool is_in(ControlMode mode) const noexcept { return world_mode_ == static_cast<int>(mode); }
+    /// Of the joint's speed in POSITION, of its acceleration in VELOCITY.
+    double limit_of(std::size_t j) const noexcept {
+        return std::abs(wished_[j].values[wanted(j) == VOCAB_CM_VELOCITY ? Wish::acceleration : Wish::speed]);
     }
     /// What is wished of the joint, unless it was taken back since.
     int wanted(std::size_t j) const {
@@ -495,7 +522,7 @@ class YarpRobot final : public middleware::ServedRobot {
     bool is_overruled(std::size_t j) const { return overruled_[j].first == wished_[j].times; }
     /// Must somebody go on sending references?
     bool is_streamed() const {
-        return world_mode_ != static_cast<int>(ControlMode::position_direct) ||
+        return !(is_in(ControlMode::position_direct) || is_in(ControlMode::position)) ||
                std::ranges::find(mode_, VOCAB_CM_VELOCITY) != mode_.end();
     }
 
@@ -509,13 +536,15 @@ class YarpRobot final : public middleware::ServedRobot {
             case VOCAB_CM_POSITION: {
                 const double most = std::abs(wish.values[Wish::speed]) * period_;
                 const double target = wish.values[Wish::position];
-                if (!is_old || target != overruled_[static_cast<std::size_t>(j)].second)
-                    led_[j] += std::clamp(target - led_[j], -most, most);
+                const bool goes = !is_old || target != overruled_[static_cast<std::size_t>(j)].second;
+                references_[j] = goes ? target : led_[j];
+                led_[j] += std::clamp(references_[j] - led_[j], -most, most);
                 break;
             }
             case VOCAB_CM_VELOCITY: {
                 const double most = std::abs(wish.values[Wish::acceleration]) * period_;
-                speed_[j] += std::clamp(to(Wish::velocity) - speed_[j], -most, most);
+                references_[j] = to(Wish::velocity);
+                speed_[j] += std::clamp(references_[j] - speed_[j], -most, most);
                 led_[j] = std::clamp(led_[j] + speed_[j] * period_, shared_.position_min[j],
                                      shared_.position_max[j]);
                 break;
@@ -535,8 +564,8 @@ class YarpRobot final : public middleware::ServedRobot {
             default: references_[j] = 0;
             }
         }
-        const bool is_led = world_mode_ == static_cast<int>(ControlMode::position_direct);
-        if (!robot_.write(static_cast<ControlMode>(world_mode_), is_led ? led_ : references_))
+        if (!robot_.write(static_cast<ControlMode>(world_mode_),
+                          is_in(ControlMode::position_direct) ? led_ : references_))
             tell(Event::refused);
     }
 
@@ -584,12 +613,10 @@ class YarpRobot final : public middleware::ServedRobot {
         take_modes();
     }
     void overrule() noexcept {
-        for (std::size_t j = 0; j < mode_.size(); ++j)
-            overruled_[j] = {wished_[j].times, wished_[j].values[Wish::position]};
+        for (std::size_t j = 0; j < mode_.size(); ++j) overruled_[j] = asked(j);
     }
     void remember() noexcept {
-        for (std::size_t j = 0; j < mode_.size(); ++j)
-            left_[j] = {wished_[j].times, wished_[j].values[Wish::position]};
+        for (std::size_t j = 0; j < mode_.size(); ++j) left_[j] = asked(j);
     }
     void tell(Event event) noexcept {
         const unsigned next = told_.load();
@@ -643,7 +670,7 @@ class YarpRobot final : public middleware::ServedRobot {
     Settings before_;
     bool is_driven_ = false, is_mixed_ = false, had_clients_ = false, are_modes_new_ = false,
          are_settings_changed_ = false;
-    double heard_ = 0, mixed_since_ = 0; ///< s; 0: not
+    double heard_ = 0, mixed_since_ = 0, limit_ = -1; ///< s, 0: not; that the world has, -1: none
     std::atomic<int> gone_{0};
     std::array<std::atomic<Event>, 64> events_{};
     std::atomic<unsigned> told_{0}, seen_{0};

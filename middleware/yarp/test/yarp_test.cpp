@@ -56,7 +56,7 @@ class Pretended {
                         "period 5\n[GENERAL]\nJoints 3\nAxisName hip knee ankle\n");
             open(rail, "device controlboardwrapper2\nsubdevice fakeMotionControl\nname /icubSim/rail\n"
                        "period 5\n[GENERAL]\nJoints 2\nAxisName wheel slide\n"
-                       "AxisType revolute prismatic\n[LIMITS]\nMax 90 3\nMin -90 -2\n");
+                       "AxisType revolute prismatic\n");
             open(imu,
                  "device multipleanalogsensorsserver\nsubdevice fakeIMU\nname /icubSim/imu\nperiod 10\n");
             keep_libraries();
@@ -250,7 +250,6 @@ TEST_F(YarpRobot, IsInMetresWhereItsJointsArePrismatic) {
                 "  robot: {block: Yarp/Robot, joints: \"{'slide', 'wheel'}\", boards: \"{'rail'}\", "
                 "start_timeout: 20, silence: 5}\n"
                 "  s: {block: WholeBodyToolbox/GetMeasurement}\n"
-                "  limits: {block: WholeBodyToolbox/GetLimits, limit_type: ControlBoardPosition}\n"
                 "  u: {block: Constant, value: [0.05, 0.2]}\n"
                 "  drive: {block: WholeBodyToolbox/SetReferences, control_type: Position Direct}\n"
                 "connections: {u: drive}\n");
@@ -261,9 +260,6 @@ TEST_F(YarpRobot, IsInMetresWhereItsJointsArePrismatic) {
     ASSERT_TRUE(look.as<dev::IEncoders>().getEncoders(theirs));
     EXPECT_NEAR(theirs[0] * radians, 0.2, 1e-9);
     EXPECT_NEAR(theirs[1], 0.05, 1e-9);
-    EXPECT_NEAR(run.get("limits.maximum")(0), 3, 1e-12);
-    EXPECT_NEAR(run.get("limits.minimum")(0), -2, 1e-12);
-    EXPECT_NEAR(run.get("limits.maximum")(1), M_PI / 2, 1e-12);
 }
 
 TEST_F(YarpRobot, TellsLimitsInRadians) {

@@ -138,6 +138,7 @@ class TopicRobot final : public toolbox::RobotConnection {
         sent_.setZero(n_);
         std::string other;
         const auto is_alone = [&] { return (other = topics_->other_driver()).empty(); };
+        wait_until(std::min(end, now() + 0.3), [&] { return !is_alone(); }); // programs are found one by one
         if (!wait_until(end, is_alone))
             throw std::runtime_error("the node '" + other +
                                      "' sends commands to it; end it first, or wait until it is forgotten "

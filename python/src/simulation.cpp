@@ -186,9 +186,8 @@ std::int64_t last_step(const PythonRun& self, std::optional<double> duration, st
         end = self.run.stop_time();
     if (std::isnan(end) || end < 0) raise("RunError", "a run does not end at " + std::to_string(end) + " s");
     if (std::isinf(end) && !has_event)
-        raise("RunError", self.run.name() +
-                              " does not say when it ends: give a duration, run(10), or write "
-                              "'stop: SECONDS' in the model");
+        raise("RunError", self.run.name() + " does not say when it ends: give a duration, run(10), or write "
+                                            "'stop: SECONDS' in the model");
     if (std::isinf(end)) return std::numeric_limits<std::int64_t>::max();
     const std::int64_t last = self.run.steps_before(end);
     if (time && last < self.run.steps())

@@ -45,12 +45,12 @@ class ServedRobots final : public Run::Observer {
             if (!robot.driven_by.empty())
                 throw CommandError(robot.driven_by + " drives the robot '" + robot.path +
                                    "', which can have one controller alone; serve a model without it");
-        const middleware::HostOptions host{
-            .waits = !options.realtime.is_asked,
-            .is_once = options.is_once,
-            .watchdog = options.silence,
-            .on_loss = options.on_loss == "limp" ? middleware::OnLoss::limp : middleware::OnLoss::hold,
-            .goes_on = [this] { return goes_on(); }};
+        const middleware::HostOptions host{.waits = !options.realtime.is_asked,
+                                           .is_once = options.is_once,
+                                           .watchdog = options.silence,
+                                           .on_loss = options.on_loss == "limp" ? middleware::OnLoss::limp
+                                                                                : middleware::OnLoss::hold,
+                                           .goes_on = [this] { return goes_on(); }};
         try {
             for (const auto& robot : robots)
                 served_.push_back(make_served_robot(

@@ -88,8 +88,7 @@ recording::Recording load_recording(const std::string& file) {
 void refuse_incomplete(const recording::Recording& recording, const std::string& file,
                        const std::string& output) {
     if (!recording.complete)
-        throw CommandError(output + " holds only what could be read of " + file +
-                           ", which is not complete");
+        throw CommandError(output + " holds only what could be read of " + file + ", which is not complete");
 }
 
 InterruptGuard::InterruptGuard() {

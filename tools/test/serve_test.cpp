@@ -59,23 +59,26 @@ TEST_F(Serve, LetsOneDiagramOrSeveralDriveAllRobotsOfAWorld) {
                      "<robot name=\"right\" file=\"arm.urdf\" position=\"0 -1 0\"/></world>\n");
     const auto two = [&](const std::string& stop, const std::string& world, const std::string& law,
                          const std::vector<std::string>& sides) {
-        std::string text = "model: two\nplugins: [WholeBodyToolbox, SharedMemory]\nstep: 0.001\nstop: " + stop +
-                           "\nblocks:\n",
+        std::string text =
+                        "model: two\nplugins: [WholeBodyToolbox, SharedMemory]\nstep: 0.001\nstop: " + stop +
+                        "\nblocks:\n",
                     record;
         if (world.empty()) text += "  world: {block: WholeBodyToolbox/World, file: two.xml}\n";
         for (const auto& side : sides) {
             text += "  " + side + ":\n    blocks:\n      robot: {block: " +
                     (world.empty() ? "WholeBodyToolbox/WorldRobot, robot: " + side
                                    : world + name + "." + side + ".robot") +
-                    "}\n      its: {block: WholeBodyToolbox/Configuration, robot: arm.urdf, floating_base: false}\n" +
+                    "}\n      its: {block: WholeBodyToolbox/Configuration, robot: arm.urdf, floating_base: "
+                    "false}\n" +
                     law;
             record += (record.empty() ? "" : ", ") + side + ".s";
         }
         return text + (law.empty() ? "" : "record: [" + record + "]\n");
     };
-    const std::string law = "      s: {block: WholeBodyToolbox/GetMeasurement}\n"
-                            "      u: {block: Sine, amplitude: 2, frequency: 9}\n"
-                            "      set: {block: WholeBodyToolbox/SetReferences}\n    connections: {u: set.u}\n",
+    const std::string law =
+                          "      s: {block: WholeBodyToolbox/GetMeasurement}\n"
+                          "      u: {block: Sine, amplitude: 2, frequency: 9}\n"
+                          "      set: {block: WholeBodyToolbox/SetReferences}\n    connections: {u: set.u}\n",
                       robot = "SharedMemory/Robot, period: 0.001, name: ";
     write("served.yaml", two("Inf", "", "", {"left", "right"}));
     write("direct.yaml", two("0.02", "", law, {"left", "right"}));

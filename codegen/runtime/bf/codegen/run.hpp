@@ -221,8 +221,7 @@ template <class Model> int run(int argc, char** argv) {
     }
     const double stop = options.stop.value_or(planned);
     if (!std::isfinite(stop) && !options.stop && !options.is_paced) {
-        complain(
-            "the model does not say when it ends: give --stop SECONDS (--stop Inf runs until Ctrl-C)");
+        complain("the model does not say when it ends: give --stop SECONDS (--stop Inf runs until Ctrl-C)");
         return 1;
     }
     if (const std::string wrong = check_stop(stop, Model::period); !wrong.empty()) {

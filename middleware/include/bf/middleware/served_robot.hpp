@@ -17,8 +17,8 @@ class ServedRobot {
     /// Shows the robot, which has started and steps every `period` s, to others. Throws std::runtime_error,
     /// e.g. where somebody else serves one of that name.
     virtual void start(double period) = 0;
-    /// Between the outputs and the updates of a step at that time of the robot: shows its state; all robots of
-    /// a model are shown before any of them waits.
+    /// Between the outputs and the updates of a step at that time of the robot: shows its state; all robots
+    /// of a model are shown before any of them waits.
     virtual void show(double) noexcept {}
     /// Then waits where it waits, and gives the robot what was commanded.
     virtual void step(double time) noexcept = 0;

@@ -138,7 +138,9 @@ class TopicRobot final : public toolbox::RobotConnection {
         sent_.setZero(n_);
         std::string other;
         const auto is_alone = [&] { return (other = topics_->other_driver()).empty(); };
-        wait_until(std::min(end, now() + 0.3), [&] { return !is_alone(); }); // programs are found one by one
+        // Programs that have to be looked for are found one by one.
+        wait_until(std::min(end, now() + std::min(0.3, topics_->longest_search())),
+                   [&] { return !is_alone(); });
         if (!wait_until(end, is_alone))
             throw std::runtime_error("the node '" + other +
                                      "' sends commands to it; end it first, or wait until it is forgotten "

@@ -119,22 +119,25 @@ TEST_F(Serve, LetsOneDiagramOrSeveralDriveAllRobotsOfAWorld) {
 TEST_F(Serve, IsWaitedForUntilCtrlC) {
     const auto drive = [&](const std::string& plugin, const std::string& settings) {
         write("drive.yaml", "model: arm\nplugins: [WholeBodyToolbox, " + plugin +
-                                "]\nstep: 0.001\nstop: Inf\nblocks:\n"
+                                "]\nstep: 0.001\nstop: 1000\nblocks:\n"
                                 "  robot: {block: WholeBodyToolbox/Configuration, robot: arm.urdf, "
                                 "floating_base: false}\n  world: {block: " +
                                 plugin + "/Robot, period: 0.001, timeout: 600, start_timeout: 600, " +
                                 settings + "}\n");
     };
-    const auto run = [&](const std::string& options, const std::string& until) {
+    const auto run = [&](const std::string& options, const std::string& when) {
         const auto ended = shell("'" BF_PROGRAM "' run drive.yaml --quiet --summary run.json " + options +
-                                 " 2> run.err & run=$!; " + until + "; kill -INT $run; wait $run");
+                                 " 2> run.err & run=$!; " + when + "; kill -INT $run; wait $run");
         EXPECT_EQ(ended.code, 130) << options << read("run.err");
         EXPECT_CONTAINS(read("run.err"), "interrupted\n");
         EXPECT_EQ(json("run.json")["outcome"], "interrupted");
     };
     write("robot.key", "0123456789abcdef\n");
     std::filesystem::permissions(folder / "robot.key", std::filesystem::perms::owner_read);
-    const std::string is_waiting = "until grep -q 'waits for' run.err; do sleep 0.05; done";
+    const auto until = [](const std::string& text, const std::string& file) {
+        return "for k in $(seq 600); do grep -q '" + text + "' " + file + " && break; sleep 0.05; done";
+    };
+    const std::string is_waiting = until("waits for", "run.err");
     for (const std::string options : {"", "--realtime --priority 0 --record run.mcap"}) {
         drive("SharedMemory", "name: nobody-" + name);
         run(options, is_waiting);
@@ -144,9 +147,9 @@ TEST_F(Serve, IsWaitedForUntilCtrlC) {
     drive("SharedMemory", "name: " + name);
     const auto served =
         shell("'" BF_PROGRAM "' serve arm.yaml --stop Inf --shm " + name +
-              " 2> served.err & server=$!; '" BF_PROGRAM
-              "' run drive.yaml --quiet & run=$!; until grep -q 'has come' served.err; do sleep 0.05; done; "
-              "kill -STOP $server; sleep 0.3; kill -INT $run; wait $run; code=$?; kill -KILL $server; "
+              " 2> served.err & server=$!; '" BF_PROGRAM "' run drive.yaml --quiet & run=$!; " +
+              until("has come", "served.err") +
+              "; kill -STOP $server; sleep 0.3; kill -INT $run; wait $run; code=$?; kill -KILL $server; "
               "exit $code");
     EXPECT_EQ(served.code, 130) << served.err;
     EXPECT_CONTAINS(served.err, " s: interrupted\n");

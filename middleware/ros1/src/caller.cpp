@@ -3,6 +3,7 @@
 #include "master.hpp"
 
 #include <ros/connection.h>
+#include <ros/network.h>
 #include <ros/service_manager.h>
 
 namespace bf::ros1 {
@@ -17,8 +18,12 @@ bool Caller::has_server() noexcept {
         arguments[0] = ros::this_node::getName();
         arguments[1] = name_;
         // roscpp would wait for a master that does not answer for ever.
-        if (!ask({ros::master::getHost(), ros::master::getPort()}, "lookupService", arguments, 1,
-                 Asked::also_behind_an_interrupt))
+        auto uri = ask({ros::master::getHost(), ros::master::getPort()}, "lookupService", arguments, 1,
+                       Asked::also_behind_an_interrupt);
+        Address its{};
+        // The master knows the services of programs that were killed, too.
+        if (!uri || !ros::network::splitURI(static_cast<std::string>(*uri), its.host, its.port) ||
+            is_refused(its))
             return false;
         auto link =
             ros::ServiceManager::instance()->createServiceServerLink(name_, true, type_.md5, type_.md5, {});
@@ -27,6 +32,8 @@ bool Caller::has_server() noexcept {
         link_ = std::move(link);
         return link_ != nullptr;
     } catch (const std::exception&) { // what the master says is no address
+        return false;
+    } catch (const XmlRpc::XmlRpcException&) { // nor a text
         return false;
     }
 }

@@ -34,6 +34,19 @@ struct InRealTime : Served {
         run();
     }
 };
+/// Shows the robot of a world in the namespace /icub, too, with what is told of it.
+std::unique_ptr<middleware::ServedRobot> show(const Served& served) {
+    auto shown = middleware::make_served_robot("world",
+                                               {.path = "world",
+                                                .is_alone = true,
+                                                .device = *served.device,
+                                                .robot = *served.robot,
+                                                .options = {},
+                                                .host = {}},
+                                               end_in("/icub", true));
+    shown->start(0.001);
+    return shown;
+}
 std::string remote(const std::string& blocks, const std::string& connections = "",
                    const std::string& settings = "") {
     std::string text =
@@ -443,15 +456,7 @@ TEST_F(Ros2Served, LeavesOutWhatIsOfAnotherRobot) {
 TEST_F(Ros2Served, TellsWhatItHasLeftOut) {
     if (!Peer::is_there()) GTEST_SKIP() << "there is no rclpy";
     Served served(end_in("/other", true), diagram(icub + icub_world));
-    const auto shown = middleware::make_served_robot("world",
-                                                     {.path = "world",
-                                                      .is_alone = true,
-                                                      .device = *served.device,
-                                                      .robot = *served.robot,
-                                                      .options = {},
-                                                      .host = {}},
-                                                     end_in("/icub", true));
-    shown->start(0.001);
+    const auto shown = show(served);
     EXPECT_EQ(shown->take_news(), "");
     Peer size({"send", "std_msgs/msg/Float64MultiArray", "/icub/effort_controller/commands", "50",
                "m.data=[1.0,2.0]"});
@@ -464,15 +469,7 @@ TEST_F(Ros2Served, TellsWhatItHasLeftOut) {
 TEST_F(Ros2Served, TellsOfTwoControllers) {
     if (!Peer::is_there()) GTEST_SKIP() << "there is no rclpy";
     Served served(end_in("/other", true), diagram(icub + icub_world));
-    auto shown = middleware::make_served_robot("world",
-                                               {.path = "world",
-                                                .is_alone = true,
-                                                .device = *served.device,
-                                                .robot = *served.robot,
-                                                .options = {},
-                                                .host = {}},
-                                               end_in("/icub", true));
-    shown->start(0.001);
+    const auto shown = show(served);
     const auto sends = [] {
         return std::make_unique<Peer>(std::vector<std::string>{"send", "std_msgs/msg/Float64MultiArray",
                                                                "/icub/effort_controller/commands", "50",
@@ -490,22 +487,10 @@ TEST_F(Ros2Served, TellsOfTwoControllers) {
 
 TEST_F(Ros2Served, TellsOfAnotherRobotOfItsName) {
     Served served(end_in("/other", true), diagram(icub + icub_world));
-    const auto show = [&] {
-        auto shown = middleware::make_served_robot("world",
-                                                   {.path = "world",
-                                                    .is_alone = true,
-                                                    .device = *served.device,
-                                                    .robot = *served.robot,
-                                                    .options = {},
-                                                    .host = {}},
-                                                   end_in("/icub", true));
-        shown->start(0.001);
-        return shown;
-    };
-    const auto one = show();
+    const auto one = show(served);
     usleep(500'000);
     EXPECT_EQ(one->take_news(), "") << "it is alone";
-    const auto other = show();
+    const auto other = show(served);
     for (const auto& each : {one.get(), other.get()}) {
         std::string news;
         for (int k = 0; k < 1000 && news.empty(); ++k, usleep(10'000)) news = each->take_news();

@@ -34,6 +34,15 @@ std::string diagram(const std::string& blocks, const std::string& connections = 
     return middleware::test::diagram(blocks, connections, "SharedMemory");
 }
 
+middleware::RobotDescription one_joint() {
+    middleware::RobotDescription d;
+    d.period = 0.001;
+    d.joints = {"a"};
+    for (auto* limits : {&d.position_min, &d.position_max, &d.velocity_min, &d.velocity_max})
+        limits->setZero(1);
+    return d;
+}
+
 class Served : public middleware::test::Served {
   public:
     Served(const std::string& name, const std::string& model, HostOptions options = {})
@@ -349,12 +358,7 @@ TEST(SharedMemoryRobot, SaysWhatDoesNotFit) {
 
 TEST(SharedMemoryRobot, SaysThatItsServerSendsNothing) {
     const auto quiet = make_end(robot_name("quiet"));
-    middleware::RobotDescription d;
-    d.period = 0.001;
-    d.joints = {"a"};
-    for (auto* limits : {&d.position_min, &d.position_max, &d.velocity_min, &d.velocity_max})
-        limits->setZero(1);
-    quiet->start(d);
+    quiet->start(one_joint());
     expect_contains(refusal(diagram(icub_at("quiet", ", start_timeout: 0.05, joints: \"{'a'}\""))),
                     "world: robot '" + robot_name("quiet") +
                         "' in shared memory: it is there, but sends no state; look whether it runs");
@@ -365,12 +369,7 @@ TEST(SharedMemoryRobot, DistrustsMemory) {
     const std::string here = "robot '" + robot_name("bad") + "' in shared memory: ";
     const auto refused = [&](const std::string& bytes) {
         auto served = make_end(robot_name("bad"));
-        middleware::RobotDescription d;
-        d.period = 0.001;
-        d.joints = {"a"};
-        for (auto* limits : {&d.position_min, &d.position_max, &d.velocity_min, &d.velocity_max})
-            limits->setZero(1);
-        served->start(d);
+        served->start(one_joint());
         const int descriptor = ::open(file.c_str(), O_RDWR);
         EXPECT_EQ(pwrite(descriptor, bytes.data(), bytes.size(), bytes.size() == 4 ? 0 : 256),
                   static_cast<ssize_t>(bytes.size()));

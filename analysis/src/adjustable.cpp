@@ -1,7 +1,7 @@
 #include "adjustable.hpp"
 
 #include "bf/base/elements.hpp"
-#include "bf/core/registry.hpp"
+#include "bf/base/names.hpp"
 #include "bf/elaborate/tuning.hpp"
 #include "named.hpp"
 

@@ -1,6 +1,6 @@
 #include "channel.hpp"
 
-#include "bf/core/registry.hpp"
+#include "bf/base/names.hpp"
 #include "differential.hpp"
 #include "named.hpp"
 

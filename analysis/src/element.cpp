@@ -1,6 +1,6 @@
 #include "element.hpp"
 
-#include "bf/core/registry.hpp"
+#include "bf/base/names.hpp"
 #include "bf/run/run.hpp"
 #include "named.hpp"
 

@@ -1,6 +1,6 @@
 #include "bf/analysis/gradient.hpp"
 
-#include "bf/core/registry.hpp"
+#include "bf/base/names.hpp"
 #include "dual_run.hpp"
 #include "linearised_run.hpp"
 #include "named.hpp"

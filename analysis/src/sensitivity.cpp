@@ -2,7 +2,7 @@
 
 #include "adjustable.hpp"
 #include "bf/analysis/gradient.hpp"
-#include "bf/core/registry.hpp"
+#include "bf/base/names.hpp"
 #include "bf/engine/simulation.hpp"
 #include "named.hpp"
 #include "short_text.hpp"

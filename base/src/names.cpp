@@ -41,6 +41,26 @@ std::vector<std::string> nearest_first(std::string_view name, std::vector<std::s
     return nearest;
 }
 
+std::vector<std::string> similar(std::string_view name, const std::vector<std::string>& candidates) {
+    const std::size_t longest_compared = 100, most = std::max<std::size_t>(1, name.size() / 3);
+    if (name.size() > longest_compared) return {};
+    std::vector<std::string> near;
+    for (const auto& candidate : candidates) {
+        if (candidate.size() > name.size() + most || name.size() > candidate.size() + most) continue;
+        if (edit_distance(name, candidate) <= most && std::ranges::find(near, candidate) == near.end())
+            near.push_back(candidate);
+    }
+    return nearest_first(name, std::move(near));
+}
+
+std::string did_you_mean(std::string_view name, const std::vector<std::string>& candidates,
+                         std::string_view before) {
+    std::string text;
+    for (const auto& near : similar(name, candidates))
+        text += (text.empty() ? std::string(before) + "did you mean '" : " or '") + near + "'";
+    return text.empty() ? text : text + "?";
+}
+
 std::optional<std::string> rest_under(std::string_view path, std::string_view prefix) {
     if (!path.starts_with(prefix)) return {};
     path.remove_prefix(prefix.size());

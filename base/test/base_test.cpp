@@ -55,6 +55,21 @@ TEST(Names, AreOrderedByDistanceAndThenAsGiven) {
     EXPECT_EQ(nearest_first("x", {}), std::vector<std::string>{});
 }
 
+TEST(Names, AreSimilarWhereFewLettersDiffer) {
+    const std::vector<std::string> known = {"blocks", "block", "Gain", "K", "k2"};
+    EXPECT_EQ(similar("bolck", known), (std::vector<std::string>{"block"})); // of five letters one differs
+    EXPECT_EQ(similar("bolcks", known), (std::vector<std::string>{"blocks", "block"}));
+    EXPECT_EQ(similar("gain", known), (std::vector<std::string>{"Gain"}));
+    EXPECT_EQ(similar("k", known), (std::vector<std::string>{"K", "k2"}));
+    EXPECT_EQ(similar("x", known), std::vector<std::string>{"K"});
+    EXPECT_EQ(similar("gain2", {"gains", "pains", "gains"}), std::vector<std::string>{"gains"});
+    EXPECT_EQ(similar(std::string(101, 'a'), {std::string(101, 'a')}), std::vector<std::string>{});
+    EXPECT_EQ(similar("gain", {"gains", "gaim", "again", "pain"}).size(), 3u);
+    EXPECT_EQ(did_you_mean("bolcks", known), "; did you mean 'blocks' or 'block'?");
+    EXPECT_EQ(did_you_mean("bolck", known, ""), "did you mean 'block'?");
+    EXPECT_EQ(did_you_mean("xy", known), "");
+}
+
 TEST(Names, AreListedUpToAFewAndCounted) {
     EXPECT_EQ(name_list(std::vector<std::string>{}), "");
     EXPECT_EQ(name_list(std::vector<std::string>{"a", "b"}), "a, b");

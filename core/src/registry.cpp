@@ -38,25 +38,6 @@ std::string list(const std::vector<fs::path>& paths) {
 
 } // namespace
 
-std::vector<std::string> similar(const std::string& text, const std::vector<std::string>& known) {
-    std::vector<std::pair<std::size_t, std::string>> ranked;
-    const std::size_t limit = std::max<std::size_t>(2, text.size() / 3);
-    for (const auto& name : known)
-        if (const std::size_t d = edit_distance(text, name); d <= limit) ranked.emplace_back(d, name);
-    std::stable_sort(ranked.begin(), ranked.end(),
-                     [](const auto& a, const auto& b) { return a.first < b.first; });
-    std::vector<std::string> best;
-    for (std::size_t i = 0; i < ranked.size() && i < 3; ++i) best.push_back(ranked[i].second);
-    return best;
-}
-
-std::string did_you_mean(const std::string& text, const std::vector<std::string>& known) {
-    std::string message;
-    for (const auto& name : similar(text, known))
-        message += (message.empty() ? "; did you mean '" : " or '") + name + "'";
-    return message.empty() ? message : message + "?";
-}
-
 struct Registry::Loaded {
     std::string name;
     fs::path file;

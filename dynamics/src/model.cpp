@@ -67,7 +67,7 @@ std::string quoted(const std::vector<std::string>& names) {
 }
 
 /// The names most similar to a wrong one, best first.
-std::string similar(const std::string& name, std::vector<std::string> names) {
+std::string most_similar(const std::string& name, std::vector<std::string> names) {
     return names.empty() ? "none" : quoted(nearest_first(name, std::move(names)));
 }
 
@@ -217,7 +217,7 @@ void check_joints(const std::vector<std::string>& wanted, const urdf::ModelInter
         const auto joint = urdf.joints_.find(name);
         if (joint == urdf.joints_.end()) {
             throw std::runtime_error("joint '" + name + where +
-                                     "does not exist; most similar: " + similar(name, known));
+                                     "does not exist; most similar: " + most_similar(name, known));
         }
         if (joint->second->type == urdf::Joint::FIXED) {
             throw std::runtime_error("joint '" + name + where +
@@ -396,7 +396,7 @@ urdf::JointSharedPtr find_cut(const urdf::ModelInterface& urdf, const std::strin
         for (const auto& [other, of] : urdf.joints_)
             if (of->type == urdf::Joint::FIXED) known.push_back(other);
         throw std::runtime_error("'" + name + "' is no fixed joint of '" + path.string() +
-                                 "', where it could be cut; most similar: " + similar(name, known));
+                                 "', where it could be cut; most similar: " + most_similar(name, known));
     }
     return joint->second;
 }
@@ -464,7 +464,7 @@ struct Tree {
             std::vector<std::string> links;
             for (const auto& [name, link] : urdf->links_) links.push_back(name);
             throw std::runtime_error("base link '" + base_link + "' is not a link of '" + path.string() +
-                                     "'; most similar: " + similar(base_link, links));
+                                     "'; most similar: " + most_similar(base_link, links));
         }
         if (!base_link.empty()) make_root(*urdf, base_link);
     }
@@ -523,7 +523,7 @@ Frame Model::frame(const std::string& name) const {
     const auto found = content_->frame_index.find(name);
     if (found == content_->frame_index.end()) {
         throw std::runtime_error("frame '" + name + "' is not a link of robot '" + content_->name +
-                                 "'; most similar: " + similar(name, content_->frame_names));
+                                 "'; most similar: " + most_similar(name, content_->frame_names));
     }
     return {found->second};
 }

@@ -1,4 +1,5 @@
 // Scopes and nodes: evaluates variables and settings, makes the blocks.
+#include "bf/base/names.hpp"
 #include "bf/base/run_options.hpp"
 #include "bf/core/hash.hpp"
 #include "bf/model/edit.hpp"
@@ -243,8 +244,12 @@ class Flattener {
         const bool overridden = override_of(name, expression);
         if (variable.fields.empty() || overridden) {
             const auto value = e_.evaluate(expression, workspace, name, Definition::Kind::variable);
-            if (value) written_[name] = expression.where;
-            return value.value_or(matlab::Value(0.0));
+            if (!value) {
+                e_.unknown_variables.insert(name);
+                return matlab::Value(0.0);
+            }
+            written_[name] = expression.where;
+            return *value;
         }
         matlab::Value::Fields fields;
         // Fields see the struct as far as it is written: Gain: {Kp: 1, Kd: 2*Gain.Kp}.

@@ -10,6 +10,7 @@
 #include <deque>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -195,6 +196,10 @@ struct Elaboration {
     Part part_of(std::string path) const;
     std::map<std::string, int> variable_numbers = {};               ///< among the definitions, by path
     std::unordered_map<std::string, std::string> same_structs = {}; ///< a struct's path by that of its copy
+    /// Paths of variables whose value is a mistake, which is reported: expressions that use them are no
+    /// others.
+    std::set<std::string> unknown_variables = {};
+    bool uses_unknown(const matlab::Expression& expression, const Variables& variables) const;
 
     /// Size and type that a port declares; wrong ones are reported.
     Declared declared_port(const Scope& scope, const model::Port& port, const std::string& path);

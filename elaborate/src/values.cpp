@@ -82,6 +82,21 @@ void Elaboration::define(Definition definition, const Variables& variables) {
     diagram.definitions.push_back(std::move(definition));
 }
 
+bool Elaboration::uses_unknown(const matlab::Expression& expression, const Variables& variables) const {
+    if (unknown_variables.empty()) return false;
+    for (const std::string& name : matlab::free_names(expression)) {
+        const std::string root = name.substr(0, name.find('.'));
+        const std::string* start = variables.path_of(root);
+        if (!start) continue; // a function
+        const std::string path = *start + name.substr(root.size());
+        for (std::size_t end = path.find('.'); end != std::string::npos; end = path.find('.', end + 1))
+            if (unknown_variables.contains(path.substr(0, end))) return true;
+        const auto under = unknown_variables.lower_bound(path);
+        if (under != unknown_variables.end() && rest_under(*under, path)) return true;
+    }
+    return false;
+}
+
 std::optional<matlab::Value> Elaboration::evaluate(const model::Expression& expression,
                                                    const Variables& variables, const std::string& path,
                                                    Definition::Kind kind, const char* what) {
@@ -95,6 +110,7 @@ std::optional<matlab::Value> Elaboration::evaluate(const model::Expression& expr
     try {
         const auto parsed = matlab::parse_expression(
             expression.matlab(), {where.file ? *where.file : std::string(), where.line, where.column});
+        if (uses_unknown(*parsed, variables)) return std::nullopt;
         matlab::Value value = matlab::evaluate(*parsed, variables, &suggestions);
         define({kind, *what ? path + "." + what : path, parsed, expression.text, value, {}, {}}, variables);
         return value;

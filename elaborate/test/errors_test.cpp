@@ -13,7 +13,7 @@ std::string wrong(const std::string& blocks, const std::string& connections = {}
 
 TEST(Errors, UnknownBlockIsNamedWithSimilarOnes) {
     EXPECT_EQ(wrong("  a: {block: Gian}\n"),
-              "m.yaml:4:14: a: there is no block 'Gian'; did you mean 'Gain' or 'Sign' or 'Bias'?");
+              "m.yaml:4:14: a: there is no block 'Gian'; did you mean 'Gain'?");
 }
 
 TEST(Errors, UnknownSettingIsNamedWithSimilarOnes) {
@@ -34,7 +34,7 @@ TEST(Errors, UnknownVariableIsNamedWithSimilarOnes) {
 TEST(Errors, UnknownPortsAreNamedWithThoseThereAre) {
     EXPECT_EQ(wrong("  t: {block: Clock}\n  s: {block: Sum}\n", "  t.z: s.u1\n  t: s.v2\n"),
               "m.yaml:7:3: t: there is no output 'z'; did you mean 'y'?; outputs: y\n"
-              "m.yaml:8:6: s: there is no input 'v2'; did you mean 'u2' or 'u1'?; inputs: u1, u2");
+              "m.yaml:8:6: s: there is no input 'v2'; did you mean 'u2'?; inputs: u1, u2");
 }
 
 TEST(Errors, AmbiguousPortIsRefused) {
@@ -403,8 +403,28 @@ TEST(Errors, UnknownOverrideIsNamedWithSimilarOnes) {
               "g: the block has no argument or parameter 'valu'; did you mean 'value'?\n"
               "nothing is called 'Gain.Kd'; did you mean 'Gain.Kp'?; give the name of a variable, of a "
               "setting as block.setting, step, stop or one of the solver\n"
-              "nothing is called 'stepp'; did you mean 'step' or 'stop'?; give the name of a variable, of a "
+              "nothing is called 'stepp'; did you mean 'step'?; give the name of a variable, of a "
               "setting as block.setting, step, stop or one of the solver");
+}
+
+TEST(Errors, AWrongVariableIsOneErrorHoweverManyUseIt) {
+    const std::string model =
+        "model: m\nstep: 0.1\nvariables: {n: 2, twice: 2*n, S: {a: 1, b: 3}, T: S}\nblocks:\n"
+        "  c: {block: Constant, value: 1}\n"
+        "  d: {block: Delay, steps: n}\n"
+        "  e: {block: Delay, steps: twice}\n"
+        "  f: {block: Delay, steps: T.a}\n"
+        "  g: {block: Delay, steps: S.b}\n"
+        "  end: {block: Terminator}\n"
+        "connections: {c: d, d: e, e: f, f: g, g: end}\n";
+    const std::string beyond =
+        ": '1e400': '1e400' is beyond the largest number, 1.8e308; write Inf for infinity; "
+        "if it is a text, give it quotes of its own: \"'1e400'\"";
+    EXPECT_EQ(errors_of(model, {{"n", "1e400"}}), "n" + beyond);
+    EXPECT_EQ(errors_of(model, {{"S.a", "1e400"}}), "S.a" + beyond);
+    EXPECT_EQ(errors_of(model, {{"S", "1e400"}}), "S" + beyond);
+    EXPECT_EQ(errors_of(model, {{"S.a", "1e400"}, {"S.b", "-1"}}),
+              "m.yaml:9:3: g: argument 'steps' must be from 1 to 1000000, but is -1\nS.a" + beyond);
 }
 
 TEST(Errors, WrongParametersAreRefused) {

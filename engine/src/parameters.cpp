@@ -1,6 +1,7 @@
 // Parameters of a running simulation.
 #include "machine.hpp"
 
+#include "bf/base/names.hpp"
 #include "bf/core/resolve.hpp"
 
 #include <algorithm>

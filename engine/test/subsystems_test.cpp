@@ -444,7 +444,7 @@ TEST(Buses, MistakesNameTheBusAndItsSignals) {
                               "connections: {p: [bus.position, s], s: g}\n"),
               "m.yaml:8:15: 'p' is no bus, so it has no signal 'position'; connect a BusCreator");
     EXPECT_EQ(message(assignment("in.bb", "bb")), "m.yaml:9:3: new: the bus has no signal 'in.bb'; did you "
-                                                  "mean 'in.b' or 'in.a'?; its signals: in.a, in.b, v");
+                                                  "mean 'in.b'?; its signals: in.a, in.b, v");
     EXPECT_EQ(message(begin + "  s: {block: BusSelector, signals: [one.x, two.x]}\nconnections: {p: g}\n"),
               "m.yaml:7:3: s: 'signals' has two that are called 'x'; put one into another BusSelector");
 }

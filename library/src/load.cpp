@@ -89,7 +89,7 @@ std::unique_ptr<Registry> make_registry() {
     // Plugins stand beside libbf_core.so, which they share with this program: a build has the folders of an
     // installation, and an installation does not look where it was built.
     Dl_info core{};
-    if (::dladdr(reinterpret_cast<const void*>(&did_you_mean), &core) != 0)
+    if (::dladdr(reinterpret_cast<const void*>(&fill_from_plugin), &core) != 0)
         registry->add_search_path(fs::path(core.dli_fname).parent_path() / "blockfactory");
     add_stand_ins(*registry);
     return registry;

@@ -1,7 +1,7 @@
 #include "bf/middleware/remote_robot.hpp"
 
+#include "bf/base/names.hpp"
 #include "bf/core/interrupt.hpp"
-#include "bf/core/registry.hpp"
 #include "bf/middleware/clock.hpp"
 
 #include <algorithm>

@@ -366,7 +366,7 @@ std::size_t Editor::state_of(const ChartEditor& editor, const std::string& path,
     if (const auto state = editor.find_state(name)) return *state;
     if (name.find('.') != name.npos) refuse_transition(editor, path, name);
     refuse(editor.where_states(), path, "there is no state '" + name + "'",
-           did_you_mean(name, editor.chart().states));
+           name_remedy(name, editor.chart().states));
 }
 
 void Editor::refuse_transition(const ChartEditor& editor, const std::string& path,
@@ -378,7 +378,7 @@ void Editor::refuse_transition(const ChartEditor& editor, const std::string& pat
     refuse(editor.where_transitions(), path,
            is_known ? "'" + name + "' is a transition, and no state"
                     : "there is no transition '" + name + "'",
-           is_known ? "name a state" : did_you_mean(name, known));
+           is_known ? "name a state" : name_remedy(name, known));
 }
 
 void Editor::require_free_state(const ChartEditor& editor, const std::string& path,
@@ -514,7 +514,7 @@ std::vector<Property> chart_properties(const Block& block, const std::string& na
                     {.name = "minimum_time", .value = chart->transitions[i].minimum_time}};
     if (std::ranges::find(chart->states, name) == chart->states.end())
         throw Errors({{block.where, block.name, "there is no state or transition '" + name + "'",
-                       did_you_mean(name, chart->states)}});
+                       name_remedy(name, chart->states)}});
     if (chart->states[chart->initial] == name)
         return {{.name = "initial", .value = "true", .choices = {"true"}}};
     return {{.name = "initial", .choices = {"true"}}};

@@ -43,7 +43,7 @@ class Checker {
 
     /// What was probably meant, of the candidates that `known` lists.
     template <typename Known> std::string suggestion(std::string_view word, Known&& known) {
-        return suggestions_.take() ? did_you_mean(word, known()) : std::string();
+        return suggestions_.take() ? name_remedy(word, known()) : std::string();
     }
 
     /// What a subsystem has under which name. Made once for each, as each of its connections asks.

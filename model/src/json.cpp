@@ -186,7 +186,7 @@ Operation variant_from_json(const Json& json, JsonContext& context) {
                                  : std::string();
     const auto found = std::find(verbs.begin(), verbs.end(), verb);
     if (found == verbs.end())
-        throw Errors({{{}, "", "there is no operation '" + verb + "'", did_you_mean(verb, verbs)}});
+        throw Errors({{{}, "", "there is no operation '" + verb + "'", name_remedy(verb, verbs)}});
     Operation operation = make(static_cast<std::size_t>(found - verbs.begin()));
     std::visit([&](auto& known) { value_from_json(json, known, context, ""); }, operation);
     return operation;

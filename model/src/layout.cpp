@@ -62,7 +62,7 @@ void Editor::require_port(const std::string& path, const std::string& port) {
         for (std::string& name : names_of(*ports)) known.push_back(std::move(name));
     for (const std::string_view control : control_ports(*content)) known.emplace_back(control);
     if (std::ranges::find(known, port) == known.end())
-        refuse(own.block->where, path, "there is no port '" + port + "'", did_you_mean(port, known));
+        refuse(own.block->where, path, "there is no port '" + port + "'", name_remedy(port, known));
 }
 
 void Editor::require_wire(const std::string& path) {
@@ -75,7 +75,7 @@ void Editor::require_wire(const std::string& path) {
         if (const System* const content = find_system(std::as_const(model_), system))
             for (const Connection& connection : content->connections)
                 for (const Endpoint& end : connection.to) known.push_back(joined(system, end.text()));
-    refuse({}, path, "no wire leads there", did_you_mean(path, known));
+    refuse({}, path, "no wire leads there", name_remedy(path, known));
 }
 
 void Editor::rename_side(const std::string& path, const std::string& port, const std::string& name) {
@@ -117,7 +117,7 @@ void Editor::operator()(const Annotate& annotate) {
     if (!annotate.note) {
         if (found == notes.end())
             refuse({}, "", "there is no note '" + annotate.name + "'",
-                   did_you_mean(annotate.name, names_of(notes)));
+                   name_remedy(annotate.name, names_of(notes)));
         notes.erase(found);
         return;
     }
@@ -185,7 +185,7 @@ void Editor::operator()(const Watch& watch) {
     if (!watch.display) {
         if (found == displays.end())
             refuse({}, "", "there is no display '" + watch.name + "'",
-                   did_you_mean(watch.name, names_of(displays)));
+                   name_remedy(watch.name, names_of(displays)));
         displays.erase(found);
         return;
     }

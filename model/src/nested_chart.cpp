@@ -175,7 +175,7 @@ const NestedChart::Json* NestedChart::find(const std::string& path) const { retu
 void NestedChart::refuse_unknown(const std::string& path) const {
     std::vector<std::string> known;
     each_state(json_, [&](const std::string& other, const Json&) { known.push_back(other); });
-    throw Refusal{"there is no state or transition '" + path + "'", did_you_mean(path, known)};
+    throw Refusal{"there is no state or transition '" + path + "'", name_remedy(path, known)};
 }
 
 void NestedChart::require_state(const std::string& path) const {
@@ -429,7 +429,7 @@ void NestedChart::set(const std::string& path, const std::string& name,
     if (std::ranges::find(known, name, &Property::name) == known.end()) {
         std::vector<std::string> names;
         for (const auto& property : known) names.push_back(property.name);
-        throw Refusal{"there is no '" + name + "' to set here", did_you_mean(name, names)};
+        throw Refusal{"there is no '" + name + "' to set here", name_remedy(name, names)};
     }
     std::string state;
     std::size_t place = 0;

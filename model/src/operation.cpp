@@ -173,7 +173,7 @@ Editor::Own Editor::find_own(std::string_view path) {
             for (std::string& port : names_of(*ports)) known.push_back(std::move(port));
         const Block* around = parent.empty() ? nullptr : find(std::as_const(model_), parent);
         refuse(around ? around->where : Location(), parent, "there is no block or port '" + name + "'",
-               did_you_mean(name, known));
+               name_remedy(name, known));
     }
     return {system, parent, name, block, is_output};
 }
@@ -398,7 +398,7 @@ void Editor::operator()(const Disconnect& disconnect) {
         refuse({}, disconnect.system,
                "'" + disconnect.to + "' is not connected" +
                    (disconnect.from.empty() ? "" : " to '" + disconnect.from + "'"),
-               did_you_mean(disconnect.to, known));
+               name_remedy(disconnect.to, known));
     std::erase_if(system.connections, [](const Connection& connection) { return connection.to.empty(); });
     const std::string path = joined(disconnect.system, disconnect.to);
     if (!is_fed) std::erase_if(model_.layout.wires, [&](const Bends& bends) { return bends.path == path; });
@@ -423,7 +423,7 @@ void Editor::set_parameter(const Set& set, const Location& where, const System* 
     // What nobody has read declares whatever is given to it.
     if (declaring && (!declared || !declared->fields.empty()))
         refuse(where, set.path, "there is no '" + set.name + "' to set here",
-               did_you_mean(set.name, names_to_set(model_, set.path, names_of(known))));
+               name_remedy(set.name, names_to_set(model_, set.path, names_of(known))));
     if (!set.value && is_own)
         refuse(where, set.path, "the variable '" + set.name + "' has no value then", "remove the variable");
     if (!set.value) return remove_variable(values, set.name);
@@ -438,7 +438,7 @@ void Editor::set_parameter(const Set& set, const Location& where, const System* 
 void Editor::operator()(const Set& set) {
     const auto unknown = [&](const Location& where) {
         refuse(where, set.path, "there is no '" + set.name + "' to set here",
-               did_you_mean(set.name, names_to_set(model_, set.path, {})));
+               name_remedy(set.name, names_to_set(model_, set.path, {})));
     };
     if (set.path.empty()) {
         if (!set_member(model_, set.name, set.value) && !set_member(model_.root, set.name, set.value))
@@ -471,7 +471,7 @@ void Editor::operator()(const Set& set) {
             block.settings.erase(found);
         else
             refuse(block.where, set.path, "the block has no setting '" + set.name + "'",
-                   did_you_mean(set.name, names_of(block.settings)));
+                   name_remedy(set.name, names_of(block.settings)));
     } else if (block.reference) {
         if (set.name != "file") {
             set_parameter(set, block.where, block.content(), block.reference->with, false);
@@ -528,7 +528,7 @@ void Editor::operator()(const SetVariable& set) {
     if (!set.variable) {
         if (found == variables->end())
             refuse({}, set.system, "there is no variable '" + set.name + "'",
-                   did_you_mean(name, names_of(*variables)));
+                   name_remedy(name, names_of(*variables)));
         return remove_variable(all, set.name);
     }
     Variable variable = *set.variable;
@@ -548,7 +548,7 @@ void Editor::operator()(const RenameVariable& rename) {
     const auto enumeration = named(system.enumerations, rename.name);
     if (variable == system.variables.end() && enumeration == system.enumerations.end())
         refuse({}, rename.system, "there is no variable '" + rename.name + "'",
-               did_you_mean(rename.name, names_of(system.variables)));
+               name_remedy(rename.name, names_of(system.variables)));
     (variable != system.variables.end() ? *variable : *enumeration).name = rename.to;
     const auto in_expression = [&](Expression& expression) {
         if (!used_names(expression).contains(rename.name)) return;

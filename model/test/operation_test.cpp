@@ -190,7 +190,7 @@ TEST(Set, RefusesWhatIsNot) {
     EXPECT_EQ(
         refusal(Set{"controller", "reset", "up"}),
         "the operation's 'reset' is not as it must be; it is one of rising, falling, either, level_hold");
-    EXPECT_EQ(refusal(Set{"plant", "B"}), "plant: the block has no setting 'B'; known are 'A', 'name'");
+    EXPECT_EQ(refusal(Set{"plant", "B"}), "plant: the block has no setting 'B'; did you mean 'A'?");
     EXPECT_EQ(refusal(Set{"controller", "Kp", "1"}),
               "controller: there is no 'Kp' to set here; known are 'doc', 'when', 'period', 'offset', "
               "'execution', 'states', 'reset', 'icon'");
@@ -285,7 +285,7 @@ TEST(RenameVariable, FollowsExpressionsButNoTextsFieldsOrShadows) {
     EXPECT_EQ(find(model, "controller.pd")->find_setting("Kp")->value.text, "10*spring");
     EXPECT_EQ(refusal(RenameVariable{"", "k", "s"}), "'s' has a meaning in 's.k + k''; use another name");
     EXPECT_EQ(refusal(RenameVariable{"", "k", "T"}), "'T' has a meaning in '3.5*T'; use another name");
-    EXPECT_EQ(refusal(RenameVariable{"", "kk", "c"}), "there is no variable 'kk'; known are 'T', 'k'");
+    EXPECT_EQ(refusal(RenameVariable{"", "kk", "c"}), "there is no variable 'kk'; did you mean 'k'?");
 }
 
 TEST(Layout, TurnsBlocksAndPutsPortsOnOtherSides) {

@@ -2,6 +2,7 @@
 #include "native.hpp"
 
 #include "bf/base/files.hpp"
+#include "bf/base/names.hpp"
 #include "bf/codegen/generate.hpp"
 #include "bf/core/registry.hpp"
 #include "bf/model/location.hpp"
@@ -168,8 +169,12 @@ NB_MODULE(_native, m) {
     nb::module_::import_("atexit").attr("register")(nb::cpp_function(end));
     m.def(
         "_version", [] { return BF_VERSION; }, "That of the library.");
-    m.def("_did_you_mean", &bf::did_you_mean, nb::arg("name"), nb::arg("known"),
-          "What follows a message about an unknown name.");
+    m.def(
+        "_did_you_mean",
+        [](const std::string& name, const std::vector<std::string>& known) {
+            return bf::did_you_mean(name, known);
+        },
+        nb::arg("name"), nb::arg("known"), "What follows a message about an unknown name.");
     bind_errors(m);
     bind_model(m);
     bind_recording(m);

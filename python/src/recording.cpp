@@ -1,7 +1,7 @@
 // Recordings: of files, and of runs while they run.
 #include "simulation.hpp"
 
-#include "bf/core/registry.hpp"
+#include "bf/base/names.hpp"
 
 #include <cmath>
 #include <cstring>

@@ -4,8 +4,8 @@
 #include "bf/analysis/gradient.hpp"
 #include "bf/analysis/linearize.hpp"
 #include "bf/analysis/trim.hpp"
+#include "bf/base/names.hpp"
 #include "bf/base/numbers.hpp"
-#include "bf/core/registry.hpp"
 #include "bf/run/comparison.hpp"
 #include "bf/run/snapshot.hpp"
 
@@ -470,7 +470,7 @@ void bind_simulation(nb::module_& m) {
                     const WithoutGil parallel;
                     found = analysis::trim(self.run, options);
                 }
-                self.pending.raise();
+                self.pending.raise_unless_of_block();
                 return std::pair(found.free, found.residuals);
             },
             nb::arg("free"), nb::arg("hold"), nb::arg("target"), nb::arg("bounds"))

@@ -162,6 +162,23 @@ def test_a_run_goes_to_an_operating_point(loop):
         loop.simulate().trim("r", target={"plant": 0.4}, bounds={"r": (-0.1, 0.1)})
 
 
+def test_an_operating_point_is_found_past_points_at_which_a_block_in_python_raises(write):
+    @bf.block
+    def Cubed(u):
+        if u > 3:
+            raise ValueError(f"{float(u)} is more than 3")  # as the solver's first try, from 0.3 along the slope
+        return u**3
+
+    text = "model: m\nstep: 0.1\ninputs: [r]\nblocks: {b: {block: python/Cubed}, end: {block: Terminator}}\n"
+    sim = bf.load(write("cubed.yaml", text + "connections: {r: b, b: end}\n"), blocks=[Cubed]).simulate()
+    sim.inputs["r"] = 0.3
+    found, _ = sim.trim("r", target={"b": 8})
+    assert found["r"] == pytest.approx(2)
+    sim.step()
+    with pytest.raises(bf.RunError, match="no operating point was found"):
+        sim.trim("r", target={"b": 64})
+
+
 def test_the_gradient_of_a_run_is_that_of_differences_of_runs(oscillator):
     sim = oscillator.simulate()
     sim.parameters["spring.K"] = 30

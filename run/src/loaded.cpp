@@ -1,7 +1,7 @@
 #include "bf/run/loaded.hpp"
 
 #include "bf/base/library_file.hpp"
-#include "bf/core/registry.hpp"
+#include "bf/base/names.hpp"
 #include "bf/kernels/limits.hpp"
 
 #include <algorithm>

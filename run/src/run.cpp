@@ -1,6 +1,6 @@
 #include "bf/run/run.hpp"
 
-#include "bf/core/registry.hpp"
+#include "bf/base/names.hpp"
 #include "bf/kernels/steps.hpp"
 
 namespace bf {

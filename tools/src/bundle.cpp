@@ -50,7 +50,7 @@ bool is_of_c_library(const std::string& name) {
 /// Of libbf_core.so.
 fs::path core_file() {
     Dl_info core{};
-    if (::dladdr(reinterpret_cast<const void*>(&did_you_mean), &core) == 0)
+    if (::dladdr(reinterpret_cast<const void*>(&fill_from_plugin), &core) == 0)
         throw CommandError("libbf_core.so is not where this program can see it");
     return fs::weakly_canonical(core.dli_fname);
 }

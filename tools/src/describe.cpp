@@ -1,4 +1,5 @@
 // bf describe: which blocks exist and what they declare.
+#include "bf/base/names.hpp"
 #include "reference.hpp"
 #include "session.hpp"
 #include "simulink_library.hpp"

@@ -3,6 +3,7 @@
 
 #include "bf/base/escape.hpp"
 #include "bf/base/files.hpp"
+#include "bf/base/names.hpp"
 #include "bf/base/numbers.hpp"
 #include "bf/codegen/fmu.hpp"
 #include "bf/engine/simulation.hpp"

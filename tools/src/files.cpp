@@ -91,7 +91,7 @@ FileSet files_of(const fs::path& model, std::map<fs::path, std::string> texts) {
 fs::path shared_folder(const char* name) {
     // Beside the libraries of this program: a build has the folders of an installation.
     Dl_info core{};
-    if (::dladdr(reinterpret_cast<const void*>(&did_you_mean), &core) == 0) return {};
+    if (::dladdr(reinterpret_cast<const void*>(&fill_from_plugin), &core) == 0) return {};
     return fs::path(core.dli_fname).parent_path().parent_path() / "share" / "blockfactory" / name;
 }
 

@@ -1,8 +1,8 @@
 // The `bf` command.
 #include "bf/base/escape.hpp"
+#include "bf/base/names.hpp"
 #include "bf/base/open_file.hpp"
 #include "bf/base/run_options.hpp"
-#include "bf/core/registry.hpp"
 #include "bf/model/location.hpp"
 #include "terminal.hpp"
 #include "verbs.hpp"

@@ -1,5 +1,6 @@
 #include "points.hpp"
 
+#include "bf/base/names.hpp"
 #include "bf/matlab/error.hpp"
 #include "bf/matlab/formula.hpp"
 #include "session.hpp"
@@ -68,7 +69,7 @@ Random parse_random(const std::string& text) {
         random.kind = Random::Kind::integers;
     else if (parts[2] != "normal")
         throw CommandError("there is no distribution '" + std::string(parts[2]) + "'" +
-                           did_you_mean(parts[2], {"normal", "uniform", "integers"}) +
+                           did_you_mean(parts[2].str(), {"normal", "uniform", "integers"}) +
                            "; there are normal, uniform and integers");
     if (random.kind == Random::Kind::normal ? random.b < 0 : random.b < random.a)
         throw CommandError("--random '" + text + "': " +

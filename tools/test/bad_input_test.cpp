@@ -570,7 +570,7 @@ TEST_F(BadInput, EmptyValuesAreNone) {
 
 TEST_F(BadInput, WrongUsageExitsWithTwo) {
     expect_error("", "A subcommand is required\nThe verbs are run, replay", 2);
-    expect_error("runn m.yaml", "there is no verb 'runn'; did you mean 'run' or 'tune'?", 2);
+    expect_error("runn m.yaml", "there is no verb 'runn'; did you mean 'run'?", 2);
     expect_error("run", "MODEL is required\nSee bf run --help", 2);
     expect_error("run m.yaml --record ''", "--record: the value is empty; give one, or leave the option out",
                  2);

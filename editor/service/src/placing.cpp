@@ -68,7 +68,7 @@ void require_ports(const model::Model& model, const Diagram& diagram, const mode
         for (const auto& port : element->ports) known.push_back(port.name);
     if (std::ranges::find(known, place->port) == known.end())
         throw model::Errors({{block->where, place->path, "there is no port '" + place->port + "'",
-                              model::did_you_mean(place->port, known)}});
+                              model::name_remedy(place->port, known)}});
 }
 
 editor::DrawOptions options_of(const Draw& asked) {

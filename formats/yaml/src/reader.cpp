@@ -3,6 +3,7 @@
 #include "flow.hpp"
 #include "mapping.hpp"
 
+#include "bf/base/names.hpp"
 #include "bf/base/numbers.hpp"
 #include "bf/model/chart.hpp"
 #include "bf/model/suggest.hpp"
@@ -50,7 +51,7 @@ void Reader::read_entries(const Node& map, const std::string& path, const std::s
 
 void Reader::report_unknown(const Node& key, const std::string& path, const std::string& of,
                             const keys::Keys& known) {
-    report(key, path, "unknown key '" + key.text + "' of " + of, did_you_mean(key.text, known));
+    report(key, path, "unknown key '" + key.text + "' of " + of, name_remedy(key.text, known));
 }
 
 std::string Reader::read_text(const Node& key, const Node& value, const std::string& path) {
@@ -402,11 +403,11 @@ Block Reader::read_block(const Node& name, const Node& map, const std::string& p
     const bool is_file = map.has("file") && !is_library; // a library's block may have a setting `file`
     const keys::Keys& known = is_library ? keys::library_block : is_file ? keys::reference : keys::subsystem;
     if (!map.is_map() || is_library + is_file + is_system != 1) {
+        const std::vector<std::string> kinds = {"block", "blocks", "file"};
         std::string remedy = "say which it is: of a library, a subsystem, or in a file of its own";
         for (std::size_t i = 0; map.is_map() && i < map.items.size(); i += 2)
-            if (const std::string near = nearest(map.items[i].text, {"block", "blocks", "file"});
-                !near.empty() && near != map.items[i].text)
-                remedy = "did you mean '" + near + "'?";
+            if (const std::string& key = map.items[i].text; std::ranges::find(kinds, key) == kinds.end())
+                if (const std::string meant = did_you_mean(key, kinds, ""); !meant.empty()) remedy = meant;
         report(name, path, "a block has exactly one of `block: TYPE`, `blocks:` and `file:`", remedy);
         block.type = "?"; // keeps its place, so that connections to it are no second error
         return block;

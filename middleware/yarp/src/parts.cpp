@@ -1,6 +1,6 @@
 #include "parts.hpp"
 
-#include "bf/core/registry.hpp"
+#include "bf/base/names.hpp"
 
 #include <algorithm>
 #include <stdexcept>

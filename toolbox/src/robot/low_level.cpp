@@ -1,4 +1,5 @@
 // Gains of a robot's low-level loops and parameters of its motors.
+#include "bf/base/names.hpp"
 #include "bf/core/registry.hpp"
 #include "robot/device_block.hpp"
 #include "robot/robot.hpp"

@@ -1,7 +1,7 @@
 #include "world/simulated.hpp"
 
 #include "BlockFactory/Core/Log.h"
-#include "bf/core/registry.hpp"
+#include "bf/base/names.hpp"
 
 #include <algorithm>
 #include <limits>

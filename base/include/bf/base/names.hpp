@@ -20,6 +20,14 @@ std::size_t edit_distance(std::string_view a, std::string_view b);
 std::vector<std::string> nearest_first(std::string_view name, std::vector<std::string> candidates,
                                        std::size_t most = 3);
 
+/// The candidates that a person may have meant by `name`: as many edits away as a third of its letters, or
+/// one. Nearest first, each once, at most three; none for what is longer than names are.
+std::vector<std::string> similar(std::string_view name, const std::vector<std::string>& candidates);
+
+/// `before` and "did you mean 'a' or 'b'?", or an empty text where none is similar.
+std::string did_you_mean(std::string_view name, const std::vector<std::string>& candidates,
+                         std::string_view before = "; ");
+
 /// For which mistakes of a document names are suggested: the first ones. Each looks through all names, which
 /// for each of many would take a time that grows with the square of the document.
 class Suggestions {

@@ -147,12 +147,3 @@ class Registry {
 extern "C" [[gnu::used, gnu::visibility("default")]] inline std::uint64_t bf_plugin_layout() noexcept {
     return bf::plugin_layout;
 }
-
-namespace bf {
-
-/// The entries of `known` most like `text`, for "did you mean" in messages; at most three.
-std::vector<std::string> similar(const std::string& text, const std::vector<std::string>& known);
-/// "; did you mean 'a' or 'b'?", or an empty text.
-std::string did_you_mean(const std::string& text, const std::vector<std::string>& known);
-
-} // namespace bf

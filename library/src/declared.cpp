@@ -3,6 +3,7 @@
 #include "bf/base/numbers.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 
 namespace bf {
@@ -90,6 +91,9 @@ std::vector<std::pair<Value, std::string>> other_values(const ArgumentDeclaratio
     if (initial.kind == Value::Kind::number && initial.type == Type::boolean && initial.data.size() == 1) {
         const bool other = initial.data[0] == 0;
         others.emplace_back(Value(other), other ? "true" : "false");
+    } else if (initial.kind == Value::Kind::number && initial.data.size() == 1 &&
+               std::isinf(initial.data[0])) { // no limit, where one may be given
+        others.emplace_back(Value(1.0), "finite");
     } else if (initial.kind == Value::Kind::text) {
         for (const auto& choice : argument.choices)
             if (choice != initial.text) others.emplace_back(Value(choice), choice);
@@ -132,9 +136,10 @@ std::string condition_of(const BlockClass& type, const Declaration& d, const Arg
     return condition;
 }
 
-/// Looks at what comes and goes when the argument has another value.
+/// Looks at what comes and goes when the argument has another value. The first `always` quantities are there
+/// by default.
 void vary(Declared& declared, const BlockClass& type, const Declaration& d,
-          const ArgumentDeclaration& argument) {
+          const ArgumentDeclaration& argument, std::ptrdiff_t always) {
     const auto before = std::ssize(declared.quantities);
     for (const auto& [value, text] : other_values(argument)) {
         Arguments arguments;
@@ -155,6 +160,8 @@ void vary(Declared& declared, const BlockClass& type, const Declaration& d,
                 declared.quantities.back().condition = setting(argument.name, text);
             } else if (known - declared.quantities.begin() >= before) {
                 known->condition += " or " + text;
+            } else if (known - declared.quantities.begin() >= always) {
+                known->condition += " or " + setting(argument.name, text);
             }
         }
     }
@@ -179,11 +186,12 @@ Declared declared(const BlockClass& type) {
     Declared result{type.library, type.name, type.qualified_name(), type.group, type.doc, {}, {}, {}, {}};
     for (const auto& slot : d.slots)
         if (is_shown(slot)) result.quantities.push_back(quantity(d, slot));
+    const auto always = std::ssize(result.quantities);
     for (const auto& argument : d.arguments) {
         result.arguments.push_back({argument.name, type_text(argument.initial),
                                     argument.from_path ? by_path : value_text(argument.initial), argument.doc,
                                     argument.choices, argument.limits});
-        vary(result, type, d, argument);
+        vary(result, type, d, argument, always);
     }
     for (const auto& r : d.requirements) result.needs.push_back({r.type, r.doc});
     for (const auto& p : d.provisions) result.provides.push_back({p.type, ""});

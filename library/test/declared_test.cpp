@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 namespace bf {
 namespace {
@@ -26,6 +28,8 @@ class Valve final : public Block {
     Argument<std::vector<std::string>> stages{this, "stages", {.initial = {"a", "b"}, .doc = "in turn"}};
     Argument<Matrix> table{
         this, "table", {.initial = Matrix{{1, -0.0}, {0.5, 4}}, .minimum = 0, .doc = "flow over opening"}};
+    Argument<double> most{
+        this, "most", {.initial = std::numeric_limits<double>::infinity(), .above = 0, .doc = "flow"}};
     Argument<int> seed{this, "seed", {.doc = "of the noise", .from_path = true}};
 
     Requires<Grid> grid{this, "where it stands"};
@@ -36,6 +40,9 @@ class Valve final : public Block {
     Input<double> opening{this, "opening", {.unit = unit<"rad">, .doc = "of the valve"}};
     Input<double> bias{this, "bias", {.initial = {0.25}, .doc = "added", .optional = true}};
     Input<Vector> back{this, "back", {.shape = {n}, .doc = "flow back", .present = *inverted}};
+    Input<double> meter{this, "meter", {.doc = "flow so far", .present = std::isfinite(*most)}};
+    Output<double> excess{
+        this, "excess", {.doc = "above most", .present = *inverted || std::isfinite(*most)}};
     Output<Matrix> flows{this, "flows", {.shape = {n, 3}, .doc = "by stage"}};
     Output<Vector> ends{this, "ends", {.shape = {n + 1}, .doc = "of stages"}};
     Output<Vector> gaps{this, "gaps", {.shape = {n + -1}, .doc = "between stages"}};
@@ -138,6 +145,8 @@ TEST_F(DeclaredBlock, SaysWhichArgumentBringsAQuantity) {
     expect("more", "outlets: [NAME, ...]");
     expect("exponent", "law: square or cubic");
     expect("open", "inverted: false or law: square");
+    expect("meter", "most: finite");
+    expect("excess", "inverted: true or most: finite");
 }
 
 TEST_F(DeclaredBlock, SaysLimitsBehindWhatAQuantityMeans) {

@@ -1,6 +1,5 @@
 #include "differential.hpp"
 
-#include "bf/core/changes.hpp"
 #include "named.hpp"
 
 #include <Eigen/LU>
@@ -59,6 +58,8 @@ Differential::Differential(Simulation& run, int seeds, bool by_differences)
 void Differential::begin() {
     for (auto& its : slopes_) its.clear();
     outside_.clear();
+    memory_.clear();
+    tidied_ = 0;
     flows_.clear();
     differenced_.clear();
     kinks_.clear();
@@ -79,7 +80,9 @@ Matrix Differential::next(const Node::End& state) const {
 Matrix Differential::rate(const Node::End& state) const {
     return seeded(place(state).rate, place(state).count);
 }
-void Differential::set(const Node::End& end, const Matrix& rows) { slopes(place(end).first).assign(rows); }
+void Differential::set(const Node::End& end, const Matrix& rows) {
+    slopes(place(end).first).assign(rows, memory_);
+}
 
 void Differential::follow(const Node::End& parameter) {
     auto& its = places_[static_cast<std::size_t>(parameter.node)][static_cast<std::size_t>(parameter.slot)];
@@ -87,6 +90,7 @@ void Differential::follow(const Node::End& parameter) {
     its.first = its.own = static_cast<int>(slopes_.size());
     slopes_.emplace_back();
     followed_.insert(parameter.node);
+    plans_ = {};
 }
 
 void Differential::at(const Node::End& signal, std::function<void(Matrix&)> change) {
@@ -94,6 +98,7 @@ void Differential::at(const Node::End& signal, std::function<void(Matrix&)> chan
     if (its.own == its.first) {
         its.own = static_cast<int>(slopes_.size());
         slopes_.emplace_back();
+        plans_ = {};
     }
     changes_[{signal.node, signal.slot}] = std::move(change);
 }
@@ -102,7 +107,7 @@ void Differential::change(int node, int slot) {
     const auto& its = places_[static_cast<std::size_t>(node)][static_cast<std::size_t>(slot)];
     Matrix rows = slopes(its.own).spread(its.count, columns());
     changes_.at({node, slot})(rows);
-    slopes(its.first).assign(rows);
+    slopes(its.first).assign(rows, memory_);
 }
 
 int Differential::read_by(int node, int slot) const {
@@ -131,7 +136,20 @@ void Differential::fail(int node, const std::string& why) const {
 
 // ---- passes
 
+/// What a pass writes takes new memory, so that others may still share the old: passes without end would take
+/// it without end.
+void Differential::tidy() {
+    constexpr std::size_t little = 1 << 16;
+    if (memory_.size() < 2 * tidied_ + little) return;
+    spare_.clear();
+    for (auto& its : slopes_) its.move_to(spare_);
+    outside_.move_to(spare_);
+    std::swap(memory_, spare_);
+    tidied_ = memory_.size();
+}
+
 void Differential::outputs(const Runs& runs) {
+    tidy();
     for (const auto& [end, change] : changes_) {
         const auto& node = d_.nodes[static_cast<std::size_t>(end.first)];
         const bool is_computed = node.rate != constant_rate && is_active(node.condition) && runs(end.first) &&
@@ -182,13 +200,13 @@ void Differential::run(const Activity& activity, Phase phase, const Runs& runs) 
     }
     const int node = activity.node;
     if (node < 0 || devices_.contains(node) || !runs(node)) return;
-    this->activity(node, phase, activity.index);
-    if (phase != Phase::output || changes_.empty()) return;
-    const auto written = writes(node, phase, activity.index);
+    Plan& plan = this->plan(node, phase, activity.index);
+    this->activity(plan);
+    if (phase != Phase::output) return;
     for (auto& [end, change] : changes_) {
         if (end.first != node) continue;
         const auto& its = places_[static_cast<std::size_t>(node)][static_cast<std::size_t>(end.second)];
-        for (const auto& part : written)
+        for (const auto& part : plan.writes)
             if (part.slopes == its.own) this->change(node, end.second);
     }
 }
@@ -204,7 +222,7 @@ void Differential::solve(const Loop& loop, const Runs& runs) {
         const auto& its = place(end);
         Matrix own = Matrix::Zero(its.count, columns());
         for (int i = 0; i < its.count; ++i) own(i, column + unknowns++) = 1;
-        slopes(its.first).assign(own);
+        slopes(its.first).assign(own, memory_);
     }
     for (const auto& segment : loop.outputs) run(segment, Phase::output, runs);
     Matrix f(unknowns, columns());
@@ -229,7 +247,7 @@ void Differential::solve(const Loop& loop, const Runs& runs) {
                 const Matrix by_unknowns = rows.middleCols(column, unknowns);
                 rows.middleCols(column, unknowns).setZero();
                 rows += by_unknowns * found;
-                slopes(which).assign(rows);
+                slopes(which).assign(rows, memory_);
             }
 }
 
@@ -247,45 +265,76 @@ void Differential::iterate(const Loop& loop, const Runs& runs) {
 
 // ---- one activity
 
-const Call* Differential::call(int node, Phase phase, int index) const {
-    const auto& rules = d_.nodes[static_cast<std::size_t>(node)].block->declaration().rules(phase);
-    return index < static_cast<int>(rules.size()) ? &rules[static_cast<std::size_t>(index)] : nullptr;
+Differential::Plan& Differential::plan(int node, Phase phase, int index) {
+    auto& by_node = plans_.at(static_cast<std::size_t>(phase));
+    by_node.resize(d_.nodes.size());
+    auto& by_index = by_node[static_cast<std::size_t>(node)];
+    if (static_cast<int>(by_index.size()) <= index) by_index.resize(static_cast<std::size_t>(index) + 1);
+    auto& made = by_index[static_cast<std::size_t>(index)];
+    if (made) return *made;
+    made = std::make_unique<Plan>();
+    auto& plan = *made;
+    plan.node = node;
+    plan.index = index;
+    plan.phase = phase;
+    const auto& its = d_.nodes[static_cast<std::size_t>(node)];
+    const auto& rules = its.block->declaration().rules(phase);
+    if (index < static_cast<int>(rules.size())) plan.rule = &rules[static_cast<std::size_t>(index)];
+    plan.has_more = rules.size() > 1;
+    for (int s = 0; s < static_cast<int>(its.sources.size()); ++s)
+        if (const auto& source = its.sources[static_cast<std::size_t>(s)];
+            source.node >= 0 && place({node, s}).first >= 0)
+            plan.wires.push_back({source, place({node, s}).first});
+    if (plan.rule && !by_differences_) {
+        const auto [known, is_new] = kernels_.try_emplace(plan.rule->kernel);
+        if (is_new) known->second = dual_kernel(plan.rule->kernel);
+        plan.kernel = known->second;
+    }
+    if (plan.kernel.kernel) {
+        plan_rule(plan);
+    } else {
+        if (!plan.rule) plan.declares = dynamic_cast<const Differentiable*>(its.block.get());
+        plan.reads = reads(plan);
+        plan.writes = writes(plan);
+    }
+    return plan;
 }
 
-std::vector<Differential::Part> Differential::reads(int node, Phase phase, int index) const {
+std::vector<Differential::Part> Differential::reads(const Plan& plan) const {
     std::vector<Part> parts;
-    const Frame& frame = context_.frame(node);
+    const Frame& frame = context_.frame(plan.node);
     const auto add = [&](int slot) {
-        const auto& its = place({node, slot});
-        const int read = read_by(node, slot);
-        if (read < 0 || !its.is_real || slopes(read).is_zero()) return;
+        const auto& its = place({plan.node, slot});
+        const int read = read_by(plan.node, slot);
+        if (read < 0 || !its.is_real) return;
         for (const auto& part : parts)
             if (part.slopes == read) return;
-        parts.push_back({read, frame.now[slot], d_.slot({node, slot}).type, its.count});
+        parts.push_back({read, frame.now[slot], d_.slot({plan.node, slot}).type, its.count});
     };
-    if (const Call* rule = call(node, phase, index)) {
-        for (const auto& operand : rule->operands)
+    if (plan.rule) {
+        for (const auto& operand : plan.rule->operands)
             if (operand.source == Call::Source::slot &&
-                (!is_written(d_, node, phase, operand) ||
-                 d_.slot({node, operand.slot}).role == Role::workspace))
+                (!is_written(d_, plan.node, plan.phase, operand) ||
+                 d_.slot({plan.node, operand.slot}).role == Role::workspace))
                 add(operand.slot);
         return parts;
     }
-    for (std::size_t s = 0; s < slots_of(d_, node).size(); ++s) {
-        const Slot& slot = slots_of(d_, node)[s];
-        const bool is_read = phase == Phase::output ? slot.role == Role::input && slot.feedthrough
-                                                    : slot.role == Role::input || slot.role == Role::output;
+    for (std::size_t s = 0; s < slots_of(d_, plan.node).size(); ++s) {
+        const Slot& slot = slots_of(d_, plan.node)[s];
+        const bool is_read = plan.phase == Phase::output
+                                 ? slot.role == Role::input && slot.feedthrough
+                                 : slot.role == Role::input || slot.role == Role::output;
         if (is_read || is_state(slot.role) || slot.role == Role::parameter) add(static_cast<int>(s));
     }
     return parts;
 }
 
-std::vector<Differential::Part> Differential::writes(int node, Phase phase, int index) const {
+std::vector<Differential::Part> Differential::writes(const Plan& plan) const {
     std::vector<Part> parts;
-    const Frame& frame = context_.frame(node);
+    const Frame& frame = context_.frame(plan.node);
     const auto add = [&](int slot, Call::Source to) {
-        const auto& its = places_[static_cast<std::size_t>(node)][static_cast<std::size_t>(slot)];
-        const Type type = d_.slot({node, slot}).type;
+        const auto& its = places_[static_cast<std::size_t>(plan.node)][static_cast<std::size_t>(slot)];
+        const Type type = d_.slot({plan.node, slot}).type;
         if (to == Call::Source::next)
             parts.push_back({its.next, frame.next[slot], type, its.count});
         else if (to == Call::Source::rate)
@@ -293,56 +342,47 @@ std::vector<Differential::Part> Differential::writes(int node, Phase phase, int 
         else if (its.own >= 0)
             parts.push_back({its.own, frame.now[slot], type, its.count});
     };
-    if (const Call* rule = call(node, phase, index)) {
-        for (const auto& operand : rule->operands)
-            if (is_written(d_, node, phase, operand)) add(operand.slot, operand.source);
+    if (plan.rule) {
+        for (const auto& operand : plan.rule->operands)
+            if (is_written(d_, plan.node, plan.phase, operand)) add(operand.slot, operand.source);
         return parts;
     }
-    for (std::size_t s = 0; s < slots_of(d_, node).size(); ++s) {
-        const Role role = slots_of(d_, node)[s].role;
+    for (std::size_t s = 0; s < slots_of(d_, plan.node).size(); ++s) {
+        const Role role = slots_of(d_, plan.node)[s].role;
         const int slot = static_cast<int>(s);
-        if (phase == Phase::output && role == Role::output) add(slot, Call::Source::slot);
-        if (phase == Phase::update && role == Role::discrete_state) add(slot, Call::Source::next);
-        if (phase == Phase::derivative && role == Role::continuous_state) add(slot, Call::Source::rate);
+        if (plan.phase == Phase::output && role == Role::output) add(slot, Call::Source::slot);
+        if (plan.phase == Phase::update && role == Role::discrete_state) add(slot, Call::Source::next);
+        if (plan.phase == Phase::derivative && role == Role::continuous_state) add(slot, Call::Source::rate);
     }
     return parts;
 }
 
-void Differential::activity(int node, Phase phase, int index) {
-    const Call* rule = call(node, phase, index);
-    const auto& sources = d_.nodes[static_cast<std::size_t>(node)].sources;
-    const auto read = reads(node, phase, index);
-    const bool moves = !read.empty();
+void Differential::activity(Plan& plan) {
+    read_.clear();
+    for (const auto& part : plan.reads)
+        if (!slopes(part.slopes).is_zero()) read_.push_back(part);
+    const bool moves = !read_.empty();
     if (moves)
-        for (std::size_t s = 0; s < sources.size(); ++s)
-            if (sources[s].node >= 0)
-                if (const auto& its = place({node, static_cast<int>(s)});
-                    its.first >= 0 && !slopes(its.first).is_zero())
-                    flows_.emplace_back(sources[s].node, sources[s].slot, node);
-    DualKernel kernel;
-    if (moves && rule && !by_differences_) {
-        const auto [known, is_new] = kernels_.try_emplace(rule->kernel);
-        if (is_new) known->second = dual_kernel(rule->kernel);
-        kernel = known->second;
-    }
-    if (moves_outside_.contains(node))
-        with_outside(node, phase, index);
+        for (const auto& wire : plan.wires)
+            if (!slopes(wire.slopes).is_zero())
+                flows_.emplace_back(wire.source.node, wire.source.slot, plan.node);
+    if (moves_outside_.contains(plan.node))
+        with_outside(plan);
     else if (!moves)
-        for (const auto& part : writes(node, phase, index)) slopes(part.slopes).clear();
-    else if (kernel.kernel)
-        this->rule(node, phase, *rule, kernel);
-    else if (rule || by_differences_ || followed_.contains(node) || !declared(node, phase, index, read))
-        by_differences(node, phase, index, read);
+        for (const auto& part : plan.writes) slopes(part.slopes).clear();
+    else if (plan.kernel.kernel)
+        rule(plan);
+    else if (plan.rule || by_differences_ || followed_.contains(plan.node) || !declared(plan))
+        by_differences(plan);
     // One rule may change what another one wrote: each is differentiated at the values that it found.
-    const bool has_more =
-        d_.nodes[static_cast<std::size_t>(node)].block->declaration().rules(phase).size() > 1;
-    if (rule && has_more && !task(node, phase, index)()) fail(node, "it fails at this operating point");
+    if (plan.rule && plan.has_more && !task(plan)()) fail(plan.node, "it fails at this operating point");
 }
 
-const Task& Differential::task(int node, Phase phase, int index) {
-    const auto key = std::tuple(node, phase, index);
+const Task& Differential::task(const Plan& plan) {
+    const auto key = std::tuple(plan.node, plan.phase, plan.index);
     auto found = tasks_.find(key);
-    if (found == tasks_.end()) found = tasks_.emplace(key, context_.task(node, phase, index)).first;
+    if (found == tasks_.end())
+        found = tasks_.emplace(key, context_.task(plan.node, plan.phase, plan.index)).first;
     return found->second;
 }
 
@@ -354,88 +394,63 @@ void Differential::rows(const std::vector<Part>& from, std::vector<SlopeRow>& al
     }
 }
 
-/// Slopes of what is written from those of what is read: by what `structured` knows of it, or else as
-/// `differentiate` gives the derivatives along directions in all elements that are read: along each of them,
-/// which is the local Jacobian, or along each seed, whichever are less.
-bool Differential::write(int node, const std::vector<Part>& from, const std::vector<Part>& to,
-                         const Differentiate& differentiate, const Structured& structured) {
+void Differential::check_finite(const Plan& plan, bool is_finite) const {
+    if (!is_finite)
+        fail(plan.node,
+             "its derivative is not finite at this operating point (as that of a root at 0); choose "
+             "another one");
+}
+
+/// Slopes of what is written from those of what is read, as `differentiate` gives the derivatives along
+/// directions in all elements that are read: along each of them, which is the local Jacobian, or along each
+/// seed, whichever are less.
+bool Differential::write(const Plan& plan, const Differentiate& differentiate) {
     Eigen::Index results = 0;
-    for (const auto& part : to) results += part.count;
+    for (const auto& part : plan.writes) results += part.count;
     if (results == 0) return true;
-    rows(from, elements_);
-    const auto& elements = elements_;
-    // What is written keeps its memory, unless it is read, too.
-    if (made_.size() < to.size()) made_.resize(to.size());
-    auto& made = made_;
-    for (std::size_t p = 0; p < to.size(); ++p) {
-        const bool is_read = std::any_of(from.begin(), from.end(),
-                                         [&](const Part& part) { return part.slopes == to[p].slopes; });
-        if (!is_read) {
-            std::swap(made[p], slopes(to[p].slopes));
-            slopes(to[p].slopes).clear();
+    rows(read_, elements_);
+    const auto seeds = seeds_of(elements_);
+    const auto rows = static_cast<Eigen::Index>(elements_.size()),
+               count = static_cast<Eigen::Index>(seeds.size());
+    const bool is_along_elements = rows < count;
+    Matrix slopes = Matrix::Zero(results, is_along_elements ? rows : count);
+    if (is_along_elements) {
+        if (!differentiate(Matrix::Identity(rows, rows), slopes)) return false;
+    } else {
+        Matrix directions = Matrix::Zero(rows, count);
+        for (Eigen::Index e = 0; e < rows; ++e) {
+            const auto& [values, first, end] = elements_[static_cast<std::size_t>(e)];
+            auto seed = std::lower_bound(seeds.begin(), seeds.end(), first);
+            for (; seed != seeds.end() && *seed < end; ++seed)
+                directions(e, seed - seeds.begin()) = values[*seed - first];
         }
-        made[p].clear();
+        if (!differentiate(directions, slopes)) return false;
     }
-    const auto for_each_part = [&](auto&& f) { // f(its slopes, its first row, count)
-        Eigen::Index row = 0;
-        for (std::size_t p = 0; p < to.size(); ++p) {
-            f(made[p], row, to[p].count);
-            row += to[p].count;
-        }
-    };
-    const auto check = [&](bool is_finite) {
-        if (!is_finite)
-            fail(node,
-                 "its derivative is not finite at this operating point (as that of a root at 0); choose "
-                 "another one");
-    };
-    if (!structured || !structured(elements, made)) {
-        const auto seeds = seeds_of(elements);
-        const auto rows = static_cast<Eigen::Index>(elements.size()),
-                   count = static_cast<Eigen::Index>(seeds.size());
-        if (rows < count) {
-            Matrix by_elements = Matrix::Zero(results, rows);
-            if (!differentiate(Matrix::Identity(rows, rows), by_elements)) return false;
-            check(by_elements.allFinite());
-            for_each_part([&](Slopes& its, Eigen::Index row, int count_of_it) {
-                sum(static_cast<std::size_t>(count_of_it),
-                    {{by_elements.data() + row,
-                      1,
-                      results,
-                      elements.data(),
-                      {0, 1, static_cast<int>(rows)},
-                      {0, 1, count_of_it}}},
-                    its);
-            });
+    check_finite(plan, slopes.allFinite());
+    Eigen::Index row = 0;
+    for (const auto& part : plan.writes) {
+        Slopes& its = this->slopes(part.slopes);
+        if (!is_real(part.type)) {
+            its.clear();
+        } else if (is_along_elements) {
+            const auto elements = static_cast<int>(rows);
+            sum(static_cast<std::size_t>(part.count),
+                {{slopes.data() + row, 1, results, elements_.data(), {0, 1, elements}, {0, 1, part.count}}},
+                nullptr, memory_, its);
+            check_finite(plan, its.is_finite());
         } else {
-            Matrix read = Matrix::Zero(rows, count), along = Matrix::Zero(results, count);
-            for (Eigen::Index e = 0; e < rows; ++e) {
-                const auto& [values, first, end] = elements[static_cast<std::size_t>(e)];
-                auto seed = std::lower_bound(seeds.begin(), seeds.end(), first);
-                for (; seed != seeds.end() && *seed < end; ++seed)
-                    read(e, seed - seeds.begin()) = values[*seed - first];
-            }
-            if (!differentiate(read, along)) return false;
-            check(along.allFinite());
-            for_each_part([&](Slopes& its, Eigen::Index row, int count_of_it) {
-                its.assign(along.middleRows(row, count_of_it), seeds);
-            });
+            its.assign(slopes.middleRows(row, part.count), seeds, memory_);
         }
-    }
-    for (std::size_t p = 0; p < to.size(); ++p) {
-        if (!is_real(to[p].type)) made[p].clear();
-        check(made[p].is_finite());
-        std::swap(slopes(to[p].slopes), made[p]);
+        row += part.count;
     }
     return true;
 }
 
 /// By what the block says of its methods.
-bool Differential::declared(int node, Phase phase, int index, const std::vector<Part>& from) {
-    const auto* block =
-        dynamic_cast<const Differentiable*>(d_.nodes[static_cast<std::size_t>(node)].block.get());
-    if (!block) return false;
-    const auto to = writes(node, phase, index);
+bool Differential::declared(const Plan& plan) {
+    if (!plan.declares) return false;
+    const int node = plan.node;
+    const Phase phase = plan.phase;
     const auto is_result = [&](int slot) {
         const auto& its = places_[static_cast<std::size_t>(node)][static_cast<std::size_t>(slot)];
         switch (phase) {
@@ -449,7 +464,7 @@ bool Differential::declared(int node, Phase phase, int index, const std::vector<
                : phase == Phase::update ? changes.next_at(slot)
                                         : changes.rate_at(slot);
     };
-    return write(node, from, to, [&](const Matrix& directions, Matrix& slopes) {
+    return write(plan, [&](const Matrix& directions, Matrix& slopes) {
         const auto count = static_cast<int>(slots_of(d_, node).size());
         Changes changes(count, static_cast<int>(directions.cols()));
         for (int s = 0; s < count; ++s) {
@@ -458,15 +473,15 @@ bool Differential::declared(int node, Phase phase, int index, const std::vector<
             if (is_result(s)) result(changes, s) = Matrix::Zero(its.count, directions.cols());
             if (role != Role::input && !is_state(role)) continue;
             int row = 0;
-            for (const auto& part : from) {
+            for (const auto& part : read_) {
                 if (part.slopes == read_by(node, s)) changes.at(s) = directions.middleRows(row, part.count);
                 row += part.count;
             }
         }
         const Now now(context_.frame(node));
-        if (!(phase == Phase::output   ? block->directional_derivative(now, changes)
-              : phase == Phase::update ? block->directional_derivative_of_update(now, changes)
-                                       : block->directional_derivative_of_rates(now, changes)))
+        if (!(phase == Phase::output   ? plan.declares->directional_derivative(now, changes)
+              : phase == Phase::update ? plan.declares->directional_derivative_of_update(now, changes)
+                                       : plan.declares->directional_derivative_of_rates(now, changes)))
             return false;
         if (changes.has_corner()) kinks_.insert(node);
         int i = 0;
@@ -509,8 +524,9 @@ void Differential::bend(int node, const Vector& direction, double step, double p
     }
 }
 
-void Differential::by_differences(int node, Phase phase, int index, const std::vector<Part>& from) {
-    const auto to = writes(node, phase, index);
+void Differential::by_differences(const Plan& plan) {
+    const int node = plan.node;
+    const auto &from = read_, &to = plan.writes;
     if (to.empty()) return;
     for (std::size_t a = 0; a < from.size(); ++a)
         for (std::size_t b = 0; b < a; ++b)
@@ -520,7 +536,7 @@ void Differential::by_differences(int node, Phase phase, int index, const std::v
                      "the signal is cut (--open), these differ; put a Gain of 1 into the wire, and choose "
                      "its output");
     differenced_.insert(node);
-    const Task& task = this->task(node, phase, index);
+    const Task& task = this->task(plan);
     std::vector<std::vector<double>> values;
     std::vector<std::vector<std::byte>> results;
     for (const auto& part : from) {
@@ -593,7 +609,7 @@ void Differential::by_differences(int node, Phase phase, int index, const std::v
             fail(node, beside());
         }
     };
-    write(node, from, to, [&](const Matrix& directions, Matrix& slopes) {
+    write(plan, [&](const Matrix& directions, Matrix& slopes) {
         Vector slope(slopes.rows());
         for (Eigen::Index c = 0; c < directions.cols(); ++c) {
             along(directions.col(c), slope);

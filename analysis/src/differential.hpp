@@ -2,12 +2,15 @@
 #pragma once
 
 #include "bf/analysis/linear_system.hpp"
+#include "bf/core/changes.hpp"
 #include "bf/engine/simulation.hpp"
 #include "dual_kernels.hpp"
 #include "formulas.hpp"
 
+#include <array>
 #include <functional>
 #include <map>
+#include <memory>
 #include <set>
 #include <string>
 #include <tuple>
@@ -80,35 +83,83 @@ class Differential {
         Type type;
         int count;
     };
+    /// A signal that a node reads over a wire, and its slopes.
+    struct Wire {
+        Node::End source;
+        int slopes;
+    };
+    /// What a rule works on.
+    struct Operand {
+        Size size;
+        Type type = Type::float64;
+        const void* data = nullptr;
+        std::size_t same = 0;   ///< as which it is one memory
+        std::size_t first = 0;  ///< of its numbers among those of all operands
+        int slopes = -1;        ///< that it reads, if they move
+        bool is_result = false; ///< of which slopes are wanted
+        bool decides = false;   ///< which elements are moved where
+        int from = -1;          ///< first of its elements among all that move; -1: it does not
+        std::size_t count() const { return static_cast<std::size_t>(size.count()); }
+    };
+    /// Which elements the results of a rule that moves them are, and what that depends on.
+    struct Moved {
+        std::vector<int> from;           ///< of the operands
+        std::vector<std::byte> deciding; ///< values of operands of which no result is an element
+        std::vector<int> elements;       ///< by result; -1: it is constant
+        bool is_at_corner = false;
+    };
+    /// An activity, and what is the same at all points.
+    struct Plan {
+        int node = -1, index = 0;
+        Phase phase = Phase::output;
+        const Call* rule = nullptr;
+        DualKernel kernel;
+        const Differentiable* declares = nullptr;
+        bool has_more = false; ///< rules beside it
+        std::vector<Part> reads, writes;
+        std::vector<Wire> wires;
+        std::vector<Operand> operands;
+        std::size_t numbers = 0; ///< of all operands
+        Moved moved;
+    };
     const Place& place(const Node::End& end) const;
     int read_by(int node, int slot) const; ///< the slopes that the block itself reads
     Slopes& slopes(int i) { return slopes_[static_cast<std::size_t>(i)]; }
     const Slopes& slopes(int i) const { return slopes_[static_cast<std::size_t>(i)]; }
     Matrix seeded(int i, int elements) const { return slopes(i).spread(elements, seeds_); }
     int columns() const { return seeds_ + unknowns_; }
+    void tidy();
     void run(const Segment& segment, Phase phase, const Runs& runs);
     void run(const Activity& activity, Phase phase, const Runs& runs);
     void change(int node, int slot);
     void solve(const Loop& loop, const Runs& runs);
     void iterate(const Loop& loop, const Runs& runs);
-    void activity(int node, Phase phase, int index);
-    void rule(int node, Phase phase, const Call& call, const DualKernel& kernel);
-    bool declared(int node, Phase phase, int index, const std::vector<Part>& from);
-    void by_differences(int node, Phase phase, int index, const std::vector<Part>& from);
-    void with_outside(int node, Phase phase, int index);
+    Plan& plan(int node, Phase phase, int index);
+    std::vector<Part> reads(const Plan& plan) const;
+    std::vector<Part> writes(const Plan& plan) const;
+    void plan_rule(Plan& plan) const;
+    void activity(Plan& plan);
+    void rule(Plan& plan);
+    void move(Plan& plan);
+    bool is_moved_as_before(const Plan& plan) const;
+    bool elementwise(const Plan& plan);
+    bool formula(const Plan& plan);
+    Dual* numbers(const Plan& plan, const Operand& operand) {
+        return numbers_.data() + plan.operands[operand.same].first;
+    }
+    void set_numbers(const Plan& plan);
+    void run_kernel(const Plan& plan);
+    bool declared(const Plan& plan);
+    void by_differences(const Plan& plan);
+    void with_outside(const Plan& plan);
     template <class Evaluate>
     void bend(int node, const Vector& direction, double step, double precision, const Vector& here,
               const Vector& above, const Vector& below, Evaluate&& evaluate, Vector& slopes);
     void rows(const std::vector<Part>& from, std::vector<SlopeRow>& all) const;
     using Differentiate = std::function<bool(const Matrix& directions, Matrix& slopes)>;
-    using Structured =
-        std::function<bool(const std::vector<SlopeRow>& elements, std::vector<Slopes>& results)>;
-    bool write(int node, const std::vector<Part>& from, const std::vector<Part>& to,
-               const Differentiate& differentiate, const Structured& structured = {});
-    std::vector<Part> reads(int node, Phase phase, int index) const;
-    std::vector<Part> writes(int node, Phase phase, int index) const;
-    const Task& task(int node, Phase phase, int index);
-    const Call* call(int node, Phase phase, int index) const;
+    bool write(const Plan& plan, const Differentiate& differentiate);
+    void check_finite(const Plan& plan, bool is_finite) const;
+    const Task& task(const Plan& plan);
     [[noreturn]] void fail(int node, const std::string& why) const;
 
     const Diagram& d_;
@@ -116,6 +167,8 @@ class Differential {
     bool by_differences_;
     int seeds_, unknowns_ = 0;
     std::vector<Slopes> slopes_; ///< columns: seeds, then unknowns of algebraic loops
+    SlopeMemory memory_, spare_; ///< in which they are
+    std::size_t tidied_ = 0;     ///< size of the memory when that was done
     std::vector<std::vector<Place>> places_;
     std::vector<std::vector<Node::End>> origins_; ///< of each slot, see `origin`
     std::vector<int> first_unknown_;              ///< column, by loop
@@ -129,11 +182,13 @@ class Differential {
     Slopes outside_;              ///< of all numbers of states outside
     std::map<std::tuple<int, Phase, int>, Task> tasks_;
     std::map<std::string_view, DualKernel> kernels_;
-    std::vector<Dual> numbers_; ///< of the operands of a rule, as the next ones
+    std::array<std::vector<std::vector<std::unique_ptr<Plan>>>, 3> plans_; ///< by phase, node and index
+    std::vector<Part> read_;    ///< by an activity, as far as it moves, as the next ones
+    std::vector<Dual> numbers_; ///< of the operands of a rule
     std::vector<kernels::View<Dual>> views_, list_;
-    std::vector<SlopeRow> elements_; ///< that an activity reads, as the next ones
-    std::vector<Slopes> made_;       ///< by it
-    LocalJacobian local_;            ///< of a rule, as the next one
+    std::vector<SlopeRow> elements_; ///< of all that is read
+    LocalJacobian local_;
+    std::vector<double> own_; ///< of each result of an elementwise rule by each operand that moves
 };
 
 } // namespace bf::analysis

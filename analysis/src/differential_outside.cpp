@@ -31,8 +31,9 @@ void Differential::follow_outside() {
 
 /// Central differences along each seed of what a block reads and of the states outside, of what it writes and
 /// of these states afterwards.
-void Differential::with_outside(int node, Phase phase, int index) {
-    const auto from = reads(node, phase, index), to = writes(node, phase, index);
+void Differential::with_outside(const Plan& plan) {
+    const int node = plan.node;
+    const auto &from = read_, &to = plan.writes;
     const std::size_t inside = context_.signal_bytes() + context_.parameter_bytes() + context_.state_bytes() +
                                d_.rates.size() * sizeof(Clock);
     std::vector<std::byte> here(context_.snapshot_size()), there(here.size());
@@ -59,7 +60,7 @@ void Differential::with_outside(int node, Phase phase, int index) {
             dynamic_cast<const Differenced&>(*d_.nodes[static_cast<std::size_t>(owner)].block)
                 .difference(Now(context_.frame(owner)), begins);
     };
-    const Task& task = this->task(node, phase, index);
+    const Task& task = this->task(plan);
     const auto count = static_cast<Eigen::Index>(seeds.size());
     Matrix written = Matrix::Zero(results, count), after = Matrix::Zero(state.size(), count);
     const Matrix moved = outside_.spread(static_cast<int>(numbers), columns());
@@ -115,11 +116,11 @@ void Differential::with_outside(int node, Phase phase, int index) {
     if (count > 0) differenced_.insert(node);
     if (!written.allFinite() || !after.allFinite())
         fail(node, "its derivative is not finite at this operating point; choose another one");
-    outside_.assign(after, seeds);
+    outside_.assign(after, seeds, memory_);
     Eigen::Index i = 0;
     for (const auto& part : to) {
         if (is_real(part.type))
-            slopes(part.slopes).assign(written.middleRows(i, part.count), seeds);
+            slopes(part.slopes).assign(written.middleRows(i, part.count), seeds, memory_);
         else
             slopes(part.slopes).clear();
         i += part.count;

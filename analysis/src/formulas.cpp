@@ -28,35 +28,36 @@ void add_product(const RuleOperand& A, const SlopeRow* d, const double* B, const
 }
 
 bool of_solution(const RuleOperand& x, const RuleOperand& a, const RuleOperand& b,
-                 const std::vector<SlopeRow>& elements, Slopes& slopes) {
+                 const std::vector<SlopeRow>& elements, SlopeMemory& memory, Slopes& slopes) {
     const Values A(a.data, a.rows, a.cols), B(b.data, b.rows, b.cols);
     const Eigen::LLT<Matrix> factor(A); // of which the lower triangle is read
     if (factor.info() != Eigen::Success) return false;
     const Matrix inverse = factor.solve(Matrix::Identity(a.rows, a.rows)), minus_X = -factor.solve(B);
     const auto size = static_cast<std::size_t>(x.rows * x.cols);
+    const SlopeRow* right = b.first >= 0 ? elements.data() + b.first : nullptr;
     std::vector<ProductOfSlopes> products;
-    std::vector<SlopeRow> symmetric, right;
-    Slopes changes;
-    if (a.first >= 0) {
+    std::vector<SlopeRow> symmetric, changes;
+    Slopes change;
+    if (a.first >= 0) { // dB - dA X
         for (int j = 0; j < a.cols; ++j)
             for (int i = 0; i < a.rows; ++i)
                 symmetric.push_back(
                     elements[static_cast<std::size_t>(a.first + std::max(i, j) + std::min(i, j) * a.rows)]);
         add_product(a, symmetric.data(), minus_X.data(), x, products);
-        sum(size, products, changes);
+        sum(size, products, right, memory, change);
         products.clear();
-        for (int e = 0; e < x.rows * x.cols; ++e) right.push_back(changes.row(e));
-        add_product(inverse.data(), b, right.data(), x, products);
+        for (int e = 0; e < x.rows * x.cols; ++e) changes.push_back(change.row(e));
+        right = changes.data();
     }
-    if (b.first >= 0) add_product(inverse.data(), b, elements.data() + b.first, x, products);
-    sum(size, products, slopes);
+    add_product(inverse.data(), b, right, x, products);
+    sum(size, products, nullptr, memory, slopes);
     return true;
 }
 
 } // namespace
 
 bool by_formula(std::string_view kernel, const std::vector<RuleOperand>& operands,
-                const std::vector<SlopeRow>& elements, Slopes& slopes) {
+                const std::vector<SlopeRow>& elements, SlopeMemory& memory, Slopes& slopes) {
     const bool may_scale = kernel == kernels::ScalarOrMatrixProduct::name,
                is_product = may_scale || kernel == kernels::MatrixProduct::name,
                is_solution = kernel == kernels::CholeskySolve::name;
@@ -64,11 +65,11 @@ bool by_formula(std::string_view kernel, const std::vector<RuleOperand>& operand
     const RuleOperand &y = operands[0], &A = operands[1], &B = operands[2];
     const auto is_number = [](const RuleOperand& of) { return of.rows * of.cols == 1; };
     if (may_scale && (is_number(A) || is_number(B))) return false;
-    if (is_solution) return of_solution(y, A, B, elements, slopes);
+    if (is_solution) return of_solution(y, A, B, elements, memory, slopes);
     std::vector<ProductOfSlopes> products;
     if (A.first >= 0) add_product(A, elements.data() + A.first, B.data, y, products);
     if (B.first >= 0) add_product(A.data, B, elements.data() + B.first, y, products);
-    sum(static_cast<std::size_t>(y.rows * y.cols), products, slopes);
+    sum(static_cast<std::size_t>(y.rows * y.cols), products, nullptr, memory, slopes);
     return true;
 }
 

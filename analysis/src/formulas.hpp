@@ -19,6 +19,6 @@ struct RuleOperand {
 /// the solution of A X = B with A positive definite dX = A⁻¹ (dB - dA X), for which the kernels on numbers
 /// with derivatives would do the same work again for each seed. False: the kernel is none of these.
 bool by_formula(std::string_view kernel, const std::vector<RuleOperand>& operands,
-                const std::vector<SlopeRow>& elements, Slopes& slopes);
+                const std::vector<SlopeRow>& elements, SlopeMemory& memory, Slopes& slopes);
 
 } // namespace bf::analysis

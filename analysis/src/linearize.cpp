@@ -48,6 +48,9 @@ class Linearization {
                 if (is_state(slot({n, s}).role) && is_real({n, s})) every_state_.push_back(whole(d_, {n, s}));
         for (int n = 0; n < static_cast<int>(d_.nodes.size()); ++n)
             runs_.push_back(rate(n).trigger == 0 && is_between(n));
+        behind_outputs_ = behind_outputs();
+        input_names_ = names(from_);
+        output_names_ = names(to_);
     }
 
     /// Is a signal that is input, output and cut held by that alone? Known with the system.
@@ -110,7 +113,8 @@ class Linearization {
         states_.clear();
         if (!leaves_states_out_) states_ = every_state_;
         flows_.clear();
-        for (auto* nodes : {&differenced_, &kinks_, &on_path_, &sampled_}) nodes->clear();
+        for (auto* nodes : {&differenced_, &kinks_, &sampled_}) nodes->clear();
+        on_path_.clear();
         kept_.clear();
         has_continuous_ = has_memory_ = holds_a_loop_ = false;
     }
@@ -137,7 +141,7 @@ class Linearization {
 
     /// States that inputs move, and those to which wires lead from them: no others are on a path.
     void add_driven(const Matrix& next) {
-        std::set<int> driven;
+        NodeSet driven;
         int row = 0;
         for (const auto& state : every_state_) {
             const auto count = static_cast<int>(state.elements.size());
@@ -277,7 +281,7 @@ class Linearization {
         }
         driven = closure(driven, true);
         seen = closure(seen, false);
-        std::set<int> ends, driven_nodes, seen_nodes;
+        NodeSet ends, driven_nodes, seen_nodes;
         for (int i = 0; i < all; ++i) {
             const auto n = static_cast<std::size_t>(i);
             if (driven[n]) driven_nodes.insert(nodes[n]);
@@ -294,11 +298,12 @@ class Linearization {
         // Blocks without states are on a path where they change with the inputs and somebody on it reads
         // them.
         for (const auto& channel : to_) ends.insert(channel.end.node);
-        std::vector<std::vector<int>> sources(d_.nodes.size()); // by who reads them
+        sources_.resize(d_.nodes.size());
+        for (auto& its : sources_) its.clear();
         for (const auto& [source, slot, reader] : flows_)
-            if (!is_cut({source, slot})) sources[static_cast<std::size_t>(reader)].push_back(source);
-        const auto read = reached(ends, [&](int node, auto&& go) {
-            for (const int source : sources[static_cast<std::size_t>(node)]) go(source);
+            if (!is_cut({source, slot})) sources_[static_cast<std::size_t>(reader)].push_back(source);
+        const auto read = reached(std::move(ends), [&](int node, auto&& go) {
+            for (const int source : sources_[static_cast<std::size_t>(node)]) go(source);
         });
         for (const int node : read)
             if (changes_with_inputs(node, driven)) on_path_.insert(node);
@@ -531,27 +536,30 @@ class Linearization {
         const auto value = [this](const Node::End& end, int e) {
             return read_value(context_.data(end.node, end.slot), slot(end).type, e);
         };
-        const auto say = [&](const std::vector<Channel>& channels, std::vector<std::string>& names,
-                             Vector& values, std::vector<std::string>* units) {
+        const auto say = [&](const std::vector<Channel>& channels, Vector& values,
+                             std::vector<std::string>& units) {
             values.resize(size(channels));
             int i = 0;
             for (const auto& channel : channels)
                 for (const int e : channel.elements) {
-                    names.push_back(name(d_, channel, e));
-                    if (units)
-                        units->push_back(slot(channel.end).unit.text == any_unit.text
-                                             ? std::string()
-                                             : std::string(slot(channel.end).unit.text));
+                    units.push_back(slot(channel.end).unit.text == any_unit.text
+                                        ? std::string()
+                                        : std::string(slot(channel.end).unit.text));
                     values[i++] = value(channel.end, e);
                 }
         };
-        say(from_, system_.inputs, system_.u, &system_.input_units);
-        say(to_, system_.outputs, system_.y, &system_.output_units);
-        std::vector<std::string> names;
-        Vector x;
-        say(states_, names, x, nullptr);
-        system_.x = x(kept_);
-        for (const int i : kept_) system_.states.push_back(names[static_cast<std::size_t>(i)]);
+        say(from_, system_.u, system_.input_units);
+        say(to_, system_.y, system_.output_units);
+        system_.inputs = input_names_;
+        system_.outputs = output_names_;
+        system_.x.resize(static_cast<Eigen::Index>(kept_.size()));
+        int i = 0, kept = 0;
+        for (const auto& state : states_)
+            for (const int e : state.elements)
+                if (kept < static_cast<int>(kept_.size()) && kept_[static_cast<std::size_t>(kept)] == i++) {
+                    system_.states.push_back(name(d_, state, e));
+                    system_.x[kept++] = value(state.end, e);
+                }
         for (const int node : differenced_)
             if (on_path_.contains(node)) system_.differenced.push_back(path(node));
         for (const int node : context_.outside())
@@ -562,6 +570,13 @@ class Linearization {
                                                                     ? ": it runs when it is triggered"
                                                                     : ": it is disabled"));
         find_kinks();
+    }
+
+    std::vector<std::string> names(const std::vector<Channel>& channels) const {
+        std::vector<std::string> all;
+        for (const auto& channel : channels)
+            for (const int e : channel.elements) all.push_back(name(d_, channel, e));
+        return all;
     }
 
     /// Nodes that what is looked at depends on, by wires.
@@ -577,7 +592,7 @@ class Linearization {
     /// Where blocks jump or have a corner, derivatives may be 0 and the path end there; zero-crossing
     /// functions tell of those that no derivative met.
     void find_kinks() {
-        for (const int node : behind_outputs())
+        for (const int node : behind_outputs_)
             if (kinks_.contains(node) || (on_path_.contains(node) && is_at_zero_crossing(node)))
                 system_.kinks.push_back(path(node));
     }
@@ -608,8 +623,11 @@ class Linearization {
     std::vector<std::vector<std::pair<int, int>>> readers_; ///< by node: slot, reader
     std::optional<std::set<int>> between_;                  ///< nodes; none: all of them
     std::vector<int> kept_;                                 ///< elements of all states that the result has
-    std::set<int> on_path_;                                 ///< nodes
-    std::set<int> sampled_;                                 ///< rates
+    NodeSet on_path_;
+    std::set<int> behind_outputs_;
+    std::vector<std::vector<int>> sources_; ///< by node that reads them, in both passes
+    std::vector<std::string> input_names_, output_names_;
+    std::set<int> sampled_; ///< rates
     bool has_continuous_ = false, has_memory_ = false, holds_a_loop_ = false;
     LinearSystem system_;
 };

@@ -30,14 +30,40 @@ Named named(const std::string& name, const std::function<Node::End(const std::st
 /// Empty: it has no such element.
 std::vector<int> elements(const Diagram& d, const Named& named);
 
+/// Numbers of nodes, as they came.
+class NodeSet {
+  public:
+    bool contains(int node) const {
+        return node < static_cast<int>(has_.size()) && has_[static_cast<std::size_t>(node)] != 0;
+    }
+    void insert(int node) {
+        if (contains(node)) return;
+        if (node >= static_cast<int>(has_.size())) has_.resize(static_cast<std::size_t>(node) + 1);
+        has_[static_cast<std::size_t>(node)] = 1;
+        nodes_.push_back(node);
+    }
+    void clear() {
+        for (const int node : nodes_) has_[static_cast<std::size_t>(node)] = 0;
+        nodes_.clear();
+    }
+    auto begin() const { return nodes_.begin(); }
+    auto end() const { return nodes_.end(); }
+
+  private:
+    std::vector<char> has_;
+    std::vector<int> nodes_;
+};
+
 /// Those nodes, and all that are reached from them: `visit(node, go)` calls `go` of each neighbour.
-template <class Visit> std::set<int> reached(std::set<int> nodes, Visit&& visit) {
+template <class Nodes = std::set<int>, class Visit> Nodes reached(Nodes nodes, Visit&& visit) {
     std::vector<int> pending(nodes.begin(), nodes.end());
     while (!pending.empty()) {
         const int node = pending.back();
         pending.pop_back();
         visit(node, [&](int other) {
-            if (nodes.insert(other).second) pending.push_back(other);
+            if (nodes.contains(other)) return;
+            nodes.insert(other);
+            pending.push_back(other);
         });
     }
     return nodes;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <span>
 
 namespace bf::analysis {
@@ -19,70 +20,89 @@ int end_of(int seed) { return begin_of(seed) + block; }
 bool is_zero_block(const double* values) {
     return std::all_of(values, values + block, [](double v) { return v == 0; });
 }
+/// Without blocks of zeros at both ends.
+void cut_zeros(SlopeRow& row) {
+    for (; row.first < row.end && is_zero_block(row.values); row.first += block) row.values += block;
+    while (row.first < row.end && is_zero_block(row.values + (row.end - row.first) - block)) row.end -= block;
+}
+void widen(SlopeRow& row, int first, int end) {
+    if (first == end) return;
+    row.first = row.first == row.end ? first : std::min(row.first, first);
+    row.end = std::max(row.end, end);
+}
 
-/// Whole blocks of numbers, of which x - x is 0 if they are all finite.
-bool are_finite(const double* numbers, std::size_t count) {
+/// Of finite numbers x - x is 0.
+bool are_finite(const SlopeRow* rows, std::size_t count) {
     Block differences = {};
-    for (std::size_t i = 0; i < count; i += block) {
-        const Block numbers_of_it = *reinterpret_cast<const Block*>(numbers + i);
-        differences += numbers_of_it - numbers_of_it;
-    }
+    for (std::size_t r = 0; r < count; ++r)
+        for (int c = 0; c < rows[r].end - rows[r].first; c += block) {
+            const Block numbers = *reinterpret_cast<const Block*>(rows[r].values + c);
+            differences += numbers - numbers;
+        }
     return differences[0] + differences[1] + differences[2] + differences[3] == 0;
 }
 
 } // namespace
 
+double* SlopeMemory::take(std::size_t count) {
+    constexpr std::size_t usual = 4096;
+    for (; part_ < parts_.size() && used_ + count > parts_[part_].size(); ++part_) used_ = 0;
+    if (part_ == parts_.size()) parts_.emplace_back(std::max(count, usual));
+    double* const taken = parts_[part_].data() + used_;
+    used_ += count;
+    size_ += count;
+    return taken;
+}
+
+void SlopeMemory::clear() { part_ = used_ = size_ = 0; }
+
 bool Slopes::is_finite() const {
     static const auto widest = kernels::Widest<&are_finite>::get();
-    return widest(values_.data(), size_);
+    return widest(rows_.data(), rows_.size());
 }
 
-void Slopes::clear() {
-    spans_.clear();
-    size_ = 0;
+void Slopes::clear_if_still() {
+    if (std::all_of(rows_.begin(), rows_.end(), [](const SlopeRow& row) { return row.first == row.end; }))
+        clear();
 }
 
-void Slopes::reserve() {
-    size_ = 0;
-    for (auto& its : spans_) {
-        its.at = size_;
-        size_ += static_cast<std::size_t>(its.end - its.first);
-    }
-    if (values_.size() < size_) values_.resize(size_);
-}
-
-void Slopes::trim() {
-    bool moves = false;
-    for (auto& its : spans_) {
-        while (its.first < its.end && is_zero_block(values_.data() + its.at)) {
-            its.first += block;
-            its.at += block;
-        }
-        while (its.first < its.end &&
-               is_zero_block(values_.data() + its.at + static_cast<std::size_t>(its.end - its.first) - block))
-            its.end -= block;
-        moves |= its.first < its.end;
-    }
-    if (!moves) clear();
-}
-
-void Slopes::assign(const Matrix& all) {
+void Slopes::assign(const Matrix& all, SlopeMemory& memory) {
     std::vector<int> every(static_cast<std::size_t>(all.cols()));
-    for (std::size_t c = 0; c < every.size(); ++c) every[c] = static_cast<int>(c);
-    assign(all, every);
+    std::iota(every.begin(), every.end(), 0);
+    assign(all, every, memory);
 }
 
-void Slopes::assign(const Eigen::Ref<const Matrix>& some, const std::vector<int>& seeds) {
-    if (seeds.empty()) return clear();
-    const int first = begin_of(seeds.front()), end = end_of(seeds.back());
-    spans_.assign(static_cast<std::size_t>(some.rows()), {.first = first, .end = end});
-    reserve();
-    std::fill_n(values_.begin(), size_, 0.0);
-    for (Eigen::Index c = 0; c < some.cols(); ++c) {
-        double* to = values_.data() + seeds[static_cast<std::size_t>(c)] - first;
-        for (Eigen::Index e = 0; e < some.rows(); ++e, to += end - first) *to = some(e, c);
+void Slopes::assign(const Eigen::Ref<const Matrix>& some, const std::vector<int>& seeds,
+                    SlopeMemory& memory) {
+    rows_.clear();
+    for (Eigen::Index e = 0; e < some.rows(); ++e) {
+        SlopeRow row;
+        for (Eigen::Index c = 0; c < some.cols(); ++c)
+            if (const int seed = seeds[static_cast<std::size_t>(c)]; some(e, c) != 0)
+                widen(row, begin_of(seed), end_of(seed));
+        const auto width = static_cast<std::size_t>(row.end - row.first);
+        double* const to = memory.take(width);
+        std::fill_n(to, width, 0.0);
+        for (Eigen::Index c = 0; c < some.cols(); ++c)
+            if (const int seed = seeds[static_cast<std::size_t>(c)]; seed >= row.first && seed < row.end)
+                to[seed - row.first] = some(e, c);
+        row.values = to;
+        rows_.push_back(row);
     }
-    trim();
+    clear_if_still();
+}
+
+void Slopes::assign(const std::vector<SlopeRow>& others, std::span<const int> which) {
+    rows_.clear();
+    for (const int one : which) rows_.push_back(one < 0 ? SlopeRow() : others[static_cast<std::size_t>(one)]);
+    clear_if_still();
+}
+
+void Slopes::move_to(SlopeMemory& memory) {
+    for (auto& row : rows_) {
+        const auto count = static_cast<std::size_t>(row.end - row.first);
+        row.values = std::copy_n(row.values, count, memory.take(count)) - count;
+    }
 }
 
 Matrix Slopes::spread(int elements, int columns) const {
@@ -92,12 +112,6 @@ Matrix Slopes::spread(int elements, int columns) const {
         for (int c = first; c < std::min(end, columns); ++c) all(e, c) = values[c - first];
     }
     return all;
-}
-
-std::vector<int> Slopes::seeds() const {
-    std::vector<SlopeRow> rows;
-    for (int e = 0; e < static_cast<int>(spans_.size()); ++e) rows.push_back(row(e));
-    return seeds_of(rows);
 }
 
 std::vector<int> seeds_of(const std::vector<SlopeRow>& rows) {
@@ -121,8 +135,9 @@ namespace {
 
 /// Rows of results += coefficients × slopes, of one width.
 struct Multiplication {
-    const double* coefficients; ///< a row for each result
-    const double* slopes;       ///< a row for each element
+    const double* const* slopes;       ///< of each element
+    const double* const* coefficients; ///< of each element, by the first result
+    std::ptrdiff_t apart;              ///< coefficients of one result and the next
     int results, elements, width;
     double* const* to; ///< row of each result
 };
@@ -156,10 +171,10 @@ template <int blocks> [[gnu::always_inline]] inline void add_columns(const Multi
         Sums<blocks> one, other;
         one.load(m.to[result] + offset);
         other.load(m.to[result + 1] + offset);
-        const double *by = m.coefficients + result * m.elements, *slopes = m.slopes + offset;
-        for (int e = 0; e < m.elements; ++e, slopes += m.width) {
-            one.add(by[e], slopes);
-            other.add(by[m.elements + e], slopes);
+        for (int e = 0; e < m.elements; ++e) {
+            const double *slopes = m.slopes[e] + offset, *by = m.coefficients[e] + result * m.apart;
+            one.add(by[0], slopes);
+            other.add(by[m.apart], slopes);
         }
         one.store(m.to[result] + offset);
         other.store(m.to[result + 1] + offset);
@@ -167,8 +182,7 @@ template <int blocks> [[gnu::always_inline]] inline void add_columns(const Multi
     if (result == m.results) return;
     Sums<blocks> one;
     one.load(m.to[result] + offset);
-    const double *by = m.coefficients + result * m.elements, *slopes = m.slopes + offset;
-    for (int e = 0; e < m.elements; ++e, slopes += m.width) one.add(by[e], slopes);
+    for (int e = 0; e < m.elements; ++e) one.add(m.coefficients[e][result * m.apart], m.slopes[e] + offset);
     one.store(m.to[result] + offset);
 }
 void add(const Multiplication& m) {
@@ -180,88 +194,107 @@ void add(const Multiplication& m) {
 
 } // namespace
 
-void sum(std::size_t results, const std::vector<ProductOfSlopes>& products, Slopes& all) {
-    all.spans_.assign(results, {});
-    const auto widen = [](auto& span, int first, int end) {
-        if (first == end) return;
-        span.first = span.first == span.end ? first : std::min(span.first, first);
-        span.end = std::max(span.end, end);
-    };
+void sum(std::size_t results, const std::vector<ProductOfSlopes>& products, const SlopeRow* beside,
+         SlopeMemory& memory, Slopes& all) {
     const auto element = [](const ProductOfSlopes& product, int e) -> const SlopeRow& {
         return product.elements[product.from.first + e * product.from.apart];
     };
-    const auto result = [&](const ProductOfSlopes& product, int r) -> Slopes::Span& {
-        return all.spans_[static_cast<std::size_t>(product.to.first + r * product.to.apart)];
+    const auto number = [](const Line& line, int i) {
+        return static_cast<std::size_t>(line.first + i * line.apart);
     };
-    std::vector<Slopes::Span> hulls(products.size());
+    all.rows_.assign(results, {});
+    std::vector<SlopeRow> hulls(products.size());
+    std::size_t most = 0, size = 0;
     for (std::size_t p = 0; p < products.size(); ++p) {
+        auto& hull = hulls[p];
         for (int e = 0; e < products[p].from.count; ++e) {
             const auto& row = element(products[p], e);
-            widen(hulls[p], row.first, row.end);
+            widen(hull, row.first, row.end);
         }
         for (int r = 0; r < products[p].to.count; ++r)
-            widen(result(products[p], r), hulls[p].first, hulls[p].end);
+            widen(all.rows_[number(products[p].to, r)], hull.first, hull.end);
+        most = std::max(most, static_cast<std::size_t>(products[p].from.count * (hull.end - hull.first)));
     }
-    all.reserve();
-    std::fill_n(all.values_.begin(), all.size_, 0.0);
-    std::vector<double> slopes, coefficients;
-    std::vector<double*> to;
-    std::vector<int> moving;
+    for (std::size_t r = 0; r < results; ++r) {
+        if (beside) widen(all.rows_[r], beside[r].first, beside[r].end);
+        size += static_cast<std::size_t>(all.rows_[r].end - all.rows_[r].first);
+    }
+    double* next = memory.take(size);
+    std::vector<double*> rows(results), to;
+    for (std::size_t r = 0; r < results; ++r) {
+        auto& its = all.rows_[r];
+        its.values = rows[r] = next;
+        next = std::fill_n(next, its.end - its.first, 0.0);
+        if (beside)
+            std::copy_n(beside[r].values, beside[r].end - beside[r].first,
+                        rows[r] + (beside[r].first - its.first));
+    }
+    std::vector<double> padded(most);
+    std::vector<const double*> slopes, coefficients;
     static const auto widest = kernels::Widest<&add>::get();
     for (std::size_t p = 0; p < products.size(); ++p) {
         const auto& product = products[p];
-        const auto [first, end, at] = hulls[p];
-        if (first == end) continue;
-        const auto width = static_cast<std::size_t>(end - first);
-        moving.clear();
-        for (int e = 0; e < product.from.count; ++e)
-            if (element(product, e).first < element(product, e).end) moving.push_back(e);
-        if (slopes.size() < moving.size() * width) slopes.resize(moving.size() * width);
-        double* packed = slopes.data();
-        for (const int e : moving) {
-            const auto& row = element(product, e);
-            packed = std::fill_n(packed, row.first - first, 0.0);
-            packed = std::copy(row.values, row.values + (row.end - row.first), packed);
-            packed = std::fill_n(packed, end - row.end, 0.0);
-        }
+        const auto& hull = hulls[p];
+        if (hull.first == hull.end) continue;
+        slopes.clear();
         coefficients.clear();
+        double* end_of_padded = padded.data();
+        for (int e = 0; e < product.from.count; ++e) {
+            const auto& row = element(product, e);
+            if (row.first == row.end) continue;
+            coefficients.push_back(product.coefficients + e * product.columns_apart);
+            slopes.push_back(row.values);
+            if (row.first == hull.first && row.end == hull.end) continue;
+            slopes.back() = end_of_padded;
+            end_of_padded = std::fill_n(end_of_padded, row.first - hull.first, 0.0);
+            end_of_padded = std::copy_n(row.values, row.end - row.first, end_of_padded);
+            end_of_padded = std::fill_n(end_of_padded, hull.end - row.end, 0.0);
+        }
         to.clear();
         for (int r = 0; r < product.to.count; ++r) {
-            for (const int e : moving)
-                coefficients.push_back(
-                    product.coefficients[r * product.rows_apart + e * product.columns_apart]);
-            const auto& its = result(product, r);
-            to.push_back(all.values_.data() + its.at + static_cast<std::size_t>(first - its.first));
+            const auto result = number(product.to, r);
+            to.push_back(rows[result] + (hull.first - all.rows_[result].first));
         }
-        widest({coefficients.data(), slopes.data(), product.to.count, static_cast<int>(moving.size()),
-                static_cast<int>(width), to.data()});
+        widest({slopes.data(), coefficients.data(), product.rows_apart, product.to.count,
+                static_cast<int>(slopes.size()), hull.end - hull.first, to.data()});
     }
-    all.trim();
+    for (auto& row : all.rows_) cut_zeros(row);
+    all.clear_if_still();
 }
 
 void LocalJacobian::times(const std::vector<SlopeRow>& elements, std::size_t first, std::size_t count,
-                          Slopes& result) const {
-    result.spans_.assign(count, {});
+                          SlopeMemory& memory, Slopes& result) const {
     const auto of = [&](std::size_t r) {
         const std::size_t begin = first + r > 0 ? ends_[first + r - 1] : 0;
         return std::span(entries_).subspan(begin, ends_[first + r] - begin);
     };
+    const auto row_of = [&](const Entry& entry) -> const SlopeRow& {
+        return elements[static_cast<std::size_t>(entry.element)];
+    };
+    const auto is_other = [](std::span<const Entry> entries) {
+        return entries.size() == 1 && entries.front().slope == 1;
+    };
+    result.rows_.assign(count, {});
+    std::size_t size = 0;
     for (std::size_t r = 0; r < count; ++r) {
-        auto& its = result.spans_[r];
-        for (const auto& entry : of(r)) {
-            const auto& row = elements[static_cast<std::size_t>(entry.element)];
-            if (row.first == row.end) continue;
-            its.first = its.first == its.end ? row.first : std::min(its.first, row.first);
-            its.end = std::max(its.end, row.end);
-        }
+        auto& its = result.rows_[r];
+        for (const auto& entry : of(r)) widen(its, row_of(entry).first, row_of(entry).end);
+        if (!is_other(of(r))) size += static_cast<std::size_t>(its.end - its.first);
     }
-    result.reserve();
+    double* next = memory.take(size);
     for (std::size_t r = 0; r < count; ++r) {
-        const auto& its = result.spans_[r];
-        double* const to = result.values_.data() + its.at;
+        auto& its = result.rows_[r];
+        if (is_other(of(r))) {
+            its = row_of(of(r).front());
+            continue;
+        }
+        double* const to = next;
+        next += its.end - its.first;
+        its.values = to;
         bool is_first = true; // nothing is there yet
-        for (const auto& [element, slope] : of(r)) {
-            const auto& row = elements[static_cast<std::size_t>(element)];
+        for (const auto& entry : of(r)) {
+            const auto& row = row_of(entry);
+            const double slope = entry.slope;
             if (is_first && (row.first != its.first || row.end != its.end || !std::isfinite(slope)))
                 std::fill_n(to, its.end - its.first, 0.0);
             else if (is_first) {
@@ -281,8 +314,9 @@ void LocalJacobian::times(const std::vector<SlopeRow>& elements, std::size_t fir
                 for (int c = 0; c < row.end - row.first; ++c)
                     if (row.values[c] != 0) from[c] += slope * row.values[c];
         }
+        cut_zeros(its);
     }
-    result.trim();
+    result.clear_if_still();
 }
 
 } // namespace bf::analysis

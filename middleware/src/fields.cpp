@@ -1,12 +1,13 @@
 #include "bf/middleware/fields.hpp"
 
 #include "bf/base/names.hpp"
+#include "bf/base/numbers.hpp"
 
 #include <algorithm>
 #include <cctype>
-#include <charconv>
 #include <cstdio>
 #include <map>
+#include <optional>
 #include <stdexcept>
 
 namespace bf::middleware {
@@ -161,17 +162,16 @@ std::map<std::string, int> read_sizes(const MessageType& type, const std::vector
         const auto equals = text.find('=');
         const std::string path = text.substr(0, equals);
         const Field* field = type.field(path);
-        int size = 0;
-        if (equals != std::string::npos)
-            std::from_chars(text.data() + equals + 1, text.data() + text.size(), size);
-        if (size < 1 || size > 1'000'000)
-            problems.push_back("argument 'sizes': '" + text +
-                               "' is not given as field=size, with a size from 1 to 1000000");
+        const auto size =
+            equals == std::string::npos ? std::nullopt : number_of<int>(text.substr(equals + 1));
+        if (!size || *size < 1 || *size > 1'000'000)
+            problems.push_back("argument 'sizes': '" + text + "' is not given as field=size, with a whole " +
+                               "number from 1 to 1000000, such as " + path + "=7");
         else if (field == nullptr || field->kind != Field::Kind::sequence)
             problems.push_back("argument 'sizes': " + type.name() + " has no '" + path +
                                "' of any number of elements; it has " + name_list(paths(type, true)));
         else
-            bounds[path] = size;
+            bounds[path] = *size;
     }
     return bounds;
 }

@@ -175,6 +175,23 @@ TEST_F(Ros1Topics, RefuseWhatTheMessagesCannotBe) {
                     "ROS 1 node");
 }
 
+TEST_F(Ros1Topics, TakeWholeNumbersAloneAsSizes) {
+    for (const std::string size : {"1e9", "1e1", "2.7", "3x", " 3", "3 ", "+3", "0x10", "-1", "0", "",
+                                   "1000001", "99999999999999999999", "inf"}) {
+        const std::string expected = "argument 'sizes': 'position=" + size +
+                                     "' is not given as field=size, with a whole number from 1 to 1000000, "
+                                     "such as position=7";
+        const auto message =
+            refusal(model(subscribe(", type: sensor_msgs/JointState, sizes: \"{'position=" + size + "'}\"")));
+        expect_contains(message, "s: " + expected);
+    }
+    expect_contains(refusal(model("  c: {block: Ros1/Call, type: sensor_msgs/SetCameraInfo, sizes: "
+                                  "\"{'success=2.7'}\"}\n")),
+                    "c: argument 'sizes': 'success=2.7' is not given as field=size");
+    EXPECT_EQ(refusal(model(subscribe(", type: sensor_msgs/JointState, sizes: \"{'position=1000000'}\""))),
+              "");
+}
+
 TEST_F(Ros1Topics, EndTheRunWhereAMessageDoesNotFit) {
     const auto failure_of = [](const std::string& sent, const std::string& expected) {
         Running run(model(

@@ -44,6 +44,61 @@ auto varied(const Values& values, const Eigen::Ref<const Eigen::MatrixXd>& chang
 
 } // namespace
 
+namespace {
+
+/// A quantity and its changes, as they were given last.
+class Given {
+  public:
+    /// Is it so already, perhaps along more directions? Else it is from now on.
+    bool replace(const Eigen::Ref<const Eigen::MatrixXd>& value, const Eigen::MatrixXd& changes,
+                 Eigen::Index directions) {
+        if (directions <= directions_ && value_ == value && changes_.rows() == changes.rows() &&
+            (changes.rows() == 0 || changes_.leftCols(directions) == changes))
+            return false;
+        value_ = value;
+        changes_ = changes;
+        directions_ = directions;
+        return true;
+    }
+    /// Does it stay along the directions from the first one on?
+    bool is_still(Eigen::Index first) const {
+        return changes_.rows() == 0 ||
+               changes_.middleCols(first, std::min<Eigen::Index>(Number::directions, changes_.cols() - first))
+                   .isZero(0.0);
+    }
+
+  private:
+    Eigen::MatrixXd value_, changes_;
+    Eigen::Index directions_ = -1;
+};
+
+PoseOf<Number> cast(const Pose& its) { return {its.rotation.cast<Number>(), its.translation.cast<Number>()}; }
+Motion<Number> cast(const Motion<double>& its) {
+    return {its.linear.cast<Number>(), its.angular.cast<Number>()};
+}
+RigidInertia<Number> cast(const RigidInertia<double>& its) {
+    return {its.mass, its.moment.cast<Number>(), its.rotational.cast<Number>()};
+}
+
+template <class To, class From> void take(std::vector<To>& to, const std::vector<From>& from) {
+    std::transform(from.begin(), from.end(), to.begin(), [](const From& its) { return cast(its); });
+}
+
+/// What follows from positions that do not change.
+void take_positions(const Model& model, StateOf<double>& values, StateOf<Number>& state) {
+    update_mass(model.content(), values);
+    take(state.in_base, values.in_base);
+    take(state.in_world, values.in_world);
+    take(state.columns, values.columns);
+    take(state.inertia, values.inertia);
+    take(state.composite, values.composite);
+    state.com = values.com.cast<Number>();
+    state.M = values.M.cast<Number>();
+    state.has_joints = state.has_kinematics = state.has_inertia = state.has_mass = true;
+}
+
+} // namespace
+
 /// One state per four directions, with numbers that have four derivatives.
 struct Variation::Content {
     explicit Content(const Model& model) : values(model) {}
@@ -51,17 +106,45 @@ struct Variation::Content {
     Data values;
     std::vector<StateOf<Number>> states;
     Eigen::Index directions = 0;
+    Given pose, positions, base_velocity, velocities;
 
     /// f(state, first of its directions) of each.
     template <class F> void for_each(F&& f) {
         for (Eigen::Index first = 0; first < directions; first += Number::directions)
             f(states[static_cast<std::size_t>(first / Number::directions)], first);
     }
-    template <class F> void set(const Model& model, Eigen::Index count, F&& f) {
+    void set_directions(const Model& model, Eigen::Index count) {
         directions = count;
         while (static_cast<Eigen::Index>(states.size()) * Number::directions < count)
             states.emplace_back(model.content());
-        for_each(f);
+    }
+    void set_pose(const Eigen::Ref<const Eigen::Matrix4d>& w_H_b, const StateChanges& changes) {
+        if (pose.replace(w_H_b, changes.w_H_b, directions))
+            for_each([&](auto& state, Eigen::Index first) {
+                set_base(state, varied(w_H_b, changes.w_H_b, first));
+            });
+    }
+    void set_positions(const Eigen::Ref<const Eigen::VectorXd>& s, const StateChanges& changes) {
+        if (positions.replace(s, changes.s, directions))
+            for_each(
+                [&](auto& state, Eigen::Index first) { set_joints(state, varied(s, changes.s, first)); });
+    }
+    void set_velocities(const Eigen::Ref<const Vector6>& nu_base,
+                        const Eigen::Ref<const Eigen::VectorXd>& s_dot, const StateChanges& changes) {
+        const bool is_other_base = base_velocity.replace(nu_base, changes.nu_base, directions),
+                   is_other = velocities.replace(s_dot, changes.s_dot, directions);
+        if (is_other_base || is_other)
+            for_each([&](auto& state, Eigen::Index first) {
+                dynamics::set_velocities(state, varied(nu_base, changes.nu_base, first),
+                                         varied(s_dot, changes.s_dot, first));
+            });
+    }
+    /// Along velocities alone nothing is repeated that hangs on positions.
+    void take_still(const Model& model) {
+        for_each([&](StateOf<Number>& state, Eigen::Index first) {
+            if (!state.has_mass && pose.is_still(first) && positions.is_still(first))
+                take_positions(model, values.content(), state);
+        });
     }
     /// Changes of quantity(state, y), where y has a place for each element.
     template <class Plain, class Quantity> void changes_of(Plain y, MatrixOut changes, Quantity&& quantity) {
@@ -86,11 +169,11 @@ void set_state(const Model& model, Variation& variation, const Eigen::Ref<const 
                Eigen::Index directions) {
     auto& v = variation.content();
     set_state(model, v.values, w_H_b, s, nu_base, s_dot);
-    v.set(model, directions, [&](StateOf<Number>& state, Eigen::Index first) {
-        set_base(state, varied(w_H_b, changes.w_H_b, first));
-        set_joints(state, varied(s, changes.s, first));
-        set_velocities(state, varied(nu_base, changes.nu_base, first), varied(s_dot, changes.s_dot, first));
-    });
+    v.set_directions(model, directions);
+    v.set_pose(w_H_b, changes);
+    v.set_positions(s, changes);
+    v.set_velocities(nu_base, s_dot, changes);
+    v.take_still(model);
 }
 
 void set_position(const Model& model, Variation& variation, const Eigen::Ref<const Eigen::Matrix4d>& w_H_b,
@@ -98,19 +181,17 @@ void set_position(const Model& model, Variation& variation, const Eigen::Ref<con
                   Eigen::Index directions) {
     auto& v = variation.content();
     set_position(model, v.values, w_H_b, s);
-    v.set(model, directions, [&](StateOf<Number>& state, Eigen::Index first) {
-        set_base(state, varied(w_H_b, changes.w_H_b, first));
-        set_joints(state, varied(s, changes.s, first));
-    });
+    v.set_directions(model, directions);
+    v.set_pose(w_H_b, changes);
+    v.set_positions(s, changes);
 }
 
 void set_joint_position(const Model& model, Variation& variation, const Eigen::Ref<const Eigen::VectorXd>& s,
                         const StateChanges& changes, Eigen::Index directions) {
     auto& v = variation.content();
     set_joint_position(model, v.values, s);
-    v.set(model, directions, [&](StateOf<Number>& state, Eigen::Index first) {
-        set_joints(state, varied(s, changes.s, first));
-    });
+    v.set_directions(model, directions);
+    v.set_positions(s, changes);
 }
 
 namespace {

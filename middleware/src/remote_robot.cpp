@@ -22,6 +22,9 @@ double new_session() {
     return static_cast<double>(bits | 1);
 }
 
+/// A number of the other program as the integer that it should be; -1 where it is none.
+int whole(double number) { return number >= 0 && number < 1e9 ? static_cast<int>(number) : -1; }
+
 std::string list(const std::vector<std::string>& names) {
     std::string text;
     for (const auto& name : names) text += (text.empty() ? "" : ", ") + name;
@@ -191,7 +194,7 @@ bool RemoteConnection::is_still_ours() noexcept {
     const double session = command_[RobotLayout::session];
     if (state_[RobotLayout::owner] == session) {
         is_driven_ = true;
-        const auto refused = static_cast<Refusal>(static_cast<int>(state_[RobotLayout::refused]));
+        const auto refused = static_cast<Refusal>(whole(state_[RobotLayout::refused]));
         switch (refused) {
         case Refusal::nothing: return true;
         case Refusal::mode:
@@ -234,6 +237,12 @@ bool RemoteConnection::read(Measurement what, Eigen::Ref<Eigen::VectorXd> values
     const int kind = static_cast<int>(what);
     if (!(robot_.measurements >> kind & 1)) return fail("it measures no %s", measurement_names[kind]);
     from_robot(&state_[static_cast<std::size_t>(at_.measurement(what))], values);
+    if (what != Measurement::joint_position && what != Measurement::joint_velocity) return true;
+    for (Eigen::Index i = 0; i < values.size(); ++i) // which no robot lacks
+        if (!std::isfinite(values[i]))
+            return fail("it sends %s that are not finite: %g of '%.60s'; look at what %s measures",
+                        measurement_names[kind], values[i],
+                        options_.joints[static_cast<std::size_t>(i)].c_str(), server_.c_str());
     return true;
 }
 
@@ -291,8 +300,8 @@ bool RemoteConnection::set_mode(ControlMode mode) noexcept {
 int RemoteConnection::joint_in_other_mode(ControlMode mode) noexcept {
     if (!begin_step() || state_[RobotLayout::commands] < mode_command_ || !is_driven_) return -1;
     if (state_[RobotLayout::mode] >= 0 && state_[RobotLayout::mode] != static_cast<int>(mode)) return 0;
-    const double other = state_[RobotLayout::other];
-    const auto ours = std::find(theirs_.begin(), theirs_.end(), static_cast<int>(other));
+    const int other = whole(state_[RobotLayout::other]);
+    const auto ours = std::find(theirs_.begin(), theirs_.end(), other);
     return other < 0 || ours == theirs_.end() ? -1 : static_cast<int>(ours - theirs_.begin());
 }
 

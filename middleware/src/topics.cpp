@@ -3,6 +3,7 @@
 #include "bf/base/names.hpp"
 #include "bf/core/kept_text.hpp"
 
+#include <cstdio>
 #include <cstring>
 #include <stdexcept>
 
@@ -146,9 +147,16 @@ Status SubscribeBlock::output(Now at, Out out) const noexcept {
     outputs_.copy(all.data(), out);
     out[age] = its_age;
     out[received] = count;
-    if (*timeout > 0 && its_age > *timeout)
-        return Status::failure(
-            "no message came within argument 'timeout'; look whether its sender runs, or raise it");
+    if (*timeout > 0 && its_age > *timeout) {
+        char text[sizeof(StatusText)];
+        std::snprintf(
+            text, sizeof text,
+            "no message of '%.200s' came within the timeout of %g s; look whether its sender runs, or "
+            "raise timeout",
+            topic->c_str(), *timeout);
+        keep_text(at[refused].letters, text);
+        return Status::failure(at[refused].letters);
+    }
     return ok;
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <gtest/gtest.h>
 #include <thread>
 
@@ -14,12 +15,13 @@ namespace {
 /// millisecond in each state, from some state on by some milliseconds ahead of that, until it stands still.
 class ClockLink final : public RobotLink {
   public:
-    explicit ClockLink(int is_ahead_from, int ahead = 5, int states = 1'000'000)
-        : is_ahead_from_(is_ahead_from), ahead_(ahead), all_(states) {}
+    explicit ClockLink(int is_ahead_from, int ahead = 5, int states = 1'000'000, double speed = 0)
+        : is_ahead_from_(is_ahead_from), ahead_(ahead), all_(states), speed_(speed) {}
     RobotDescription start(double) override {
         RobotDescription robot;
         robot.joints = {"knee"};
         robot.period = 0.001;
+        robot.measurements = 3; // positions and velocities
         for (auto* limits :
              {&robot.position_min, &robot.position_max, &robot.velocity_min, &robot.velocity_max})
             limits->setZero(1);
@@ -31,6 +33,7 @@ class ClockLink final : public RobotLink {
         const int step = std::max(states_ - 1, 0); // the start takes a state, too
         const int ms = step + (step >= is_ahead_from_ ? ahead_ : 0);
         state[RobotLayout::time] = 1'795'000'000 + ms / 1000 + ms % 1000 * 1'000'000 / 1e9;
+        state[RobotLayout::state_head + 1] = speed_;
         stamp = {static_cast<std::uint64_t>(++states_), now()};
         return true;
     }
@@ -43,6 +46,7 @@ class ClockLink final : public RobotLink {
 
   private:
     const int is_ahead_from_, ahead_, all_;
+    const double speed_;
     int states_ = 0;
     const std::string name_ = "clock";
 };
@@ -102,6 +106,23 @@ TEST(RemoteConnection, EndsWhereTheTimeThatLeadsItJumpsAhead) {
                 EXPECT_EQ(steps, 100) << robot.error();
             }
         }
+}
+
+TEST(RemoteConnection, SaysWhichMeasurementIsNotFinite) {
+    Eigen::VectorXd values(1);
+    for (const auto& [speed, name] :
+         {std::pair(0.5, ""), std::pair(std::nan(""), "nan"), std::pair(HUGE_VAL, "inf")}) {
+        RemoteConnection robot(std::make_unique<ClockLink>(2000, 5, 100, speed), {.joints = {"knee"}});
+        robot.set_period(0.001);
+        robot.start();
+        EXPECT_TRUE(robot.read(Measurement::joint_position, values)) << robot.error();
+        EXPECT_EQ(robot.read(Measurement::joint_velocity, values), std::isfinite(speed));
+        if (!std::isfinite(speed)) {
+            EXPECT_EQ(std::string(robot.error()),
+                      "clock: it sends joint velocities that are not finite: " + std::string(name) +
+                          " of 'knee'; look at what it measures");
+        }
+    }
 }
 
 /// Steps come as fast as they can, where the robot's time is ahead of them.

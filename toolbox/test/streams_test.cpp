@@ -119,7 +119,10 @@ TEST(Streams, WaitForDataUntilTheTimeout) {
     Running writer(writing("wait", 1));
     Running reader(reading("wait", ", wait_for_data: true, timeout: 0.05"));
     EXPECT_FALSE(reader.step());
-    EXPECT_EQ(reader.simulation.failure(), "x: no message came within the timeout; look at the sender");
+    EXPECT_EQ(reader.simulation.failure(), "x: stream '/robot/state' (shared memory, domain 'test-" +
+                                               std::to_string(getpid()) +
+                                               "-wait'): no message came within the timeout of 0.05 s; look "
+                                               "whether its sender runs, or raise timeout");
 
     Running patient(reading("wait", ", wait_for_data: true, timeout: 20"));
     std::thread sender([&] {
@@ -130,6 +133,23 @@ TEST(Streams, WaitForDataUntilTheTimeout) {
     EXPECT_TRUE(patient.step()) << patient.simulation.failure();
     sender.join();
     EXPECT_EQ(patient.scalar("x.y"), 7);
+}
+
+TEST(Streams, SayWhichMessageIsNotFiniteAndWhereItComesFrom) {
+    for (const auto& [wrong, name] : {std::pair(std::nan(""), "nan"), std::pair(-HUGE_VAL, "-inf")}) {
+        Running writer(writing("finite", 2));
+        Running reader(reading("finite", ", size: 2"));
+        writer.set("u", Eigen::Vector2d(1, 2));
+        ASSERT_TRUE(writer.step());
+        ASSERT_TRUE(reader.step());
+        writer.set("u", Eigen::Vector2d(1, wrong));
+        ASSERT_TRUE(writer.step());
+        EXPECT_FALSE(reader.step());
+        EXPECT_EQ(reader.simulation.failure(), "x: stream '/robot/state' (shared memory, domain 'test-" +
+                                                   std::to_string(getpid()) + "-finite'): message 2 brings " +
+                                                   name +
+                                                   " as element 2 of 2; look at what its sender computes");
+    }
 }
 
 TEST(Streams, AreSeenInTheirDomainAlone) {

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cstdio>
 #include <stdexcept>
 
 namespace bf::ros2 {
@@ -42,7 +43,7 @@ template <class F> bool finds(F&& count) noexcept {
 class Reader final : public toolbox::StreamReader {
   public:
     Reader(Node& node, const std::string& name, int size)
-        : state_(std::make_shared<State>(size)), values_(static_cast<std::size_t>(size) + 1) {
+        : name_(name), state_(std::make_shared<State>(size)), values_(static_cast<std::size_t>(size) + 1) {
         auto context = node.context();
         subscription_ =
             node.subscribe(messages::numbers(), name, {}, [state = state_, context](const void* message) {
@@ -79,6 +80,9 @@ class Reader final : public toolbox::StreamReader {
         return finds([&] { return subscription_->writers(); });
     }
     int received_size() const noexcept override { return state_->wrong_size; }
+    void say_source(Source& text) const noexcept override {
+        std::snprintf(text, sizeof text, "ROS 2 topic %s", name_.c_str());
+    }
 
   private:
     struct State {
@@ -93,6 +97,7 @@ class Reader final : public toolbox::StreamReader {
         return state_->newest.newest() != taken_.number || state_->wrong_messages.load() != seen_wrong_;
     }
 
+    const std::string name_;
     std::shared_ptr<State> state_; ///< the node's thread has it, too
     std::shared_ptr<Subscription> subscription_;
     std::vector<double> values_;

@@ -95,7 +95,8 @@ void add_topics(Library& library) {
             "The newest message of a topic, of any type that is installed; zeros before the first "
             "one. Its fields are ports as those of Publish; a field of any number of elements has "
             "the size that `sizes` says, zeros behind those that came, and how many these were. "
-            "Integers are exact up to 2^53. "
+            "Integers are exact up to 2^53, and numbers that are not finite, which some types give a "
+            "meaning, come as they are. "
             "Errors: no such type, field or name of a topic; no message within start_timeout; in a "
             "step: none for timeout, more elements than expected, another frame.");
 }

@@ -248,7 +248,9 @@ TEST_F(Ros2Topics, EndTheRunWhereAMessageDoesNotFit) {
                     "s: a message is of another frame than argument 'frame_id' says");
     Running silent(model(subscribe(", timeout: 0.05")));
     for (int k = 0; k < 1000 && silent.step(); ++k) usleep(1000);
-    expect_contains(silent.simulation.failure(), "s: no message came within argument 'timeout'");
+    expect_contains(
+        silent.simulation.failure(),
+        "s: no message of 'topic' came within the timeout of 0.05 s; look whether its sender runs");
 }
 
 TEST_F(Ros2Topics, StayForThoseWhoComeLater) {

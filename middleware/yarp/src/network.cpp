@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cstdio>
 #include <cstdlib>
 #include <mutex>
 #include <stdexcept>
@@ -72,7 +73,8 @@ constexpr const char* anonymous = "...";
 class Reader final : public toolbox::StreamReader, private os::TypedReaderCallback<os::Bottle> {
   public:
     Reader(const std::string& name, int size)
-        : newest_(size + 2), arriving_(static_cast<std::size_t>(size) + 2), values_(arriving_.size()) {
+        : name_(name), newest_(size + 2), arriving_(static_cast<std::size_t>(size) + 2),
+          values_(arriving_.size()) {
         const bool is_theirs = is_there(name);
         port_.setStrict(false);
         open_port(port_, name, is_theirs ? anonymous : name);
@@ -104,6 +106,9 @@ class Reader final : public toolbox::StreamReader, private os::TypedReaderCallba
     }
     bool has_writer() const noexcept override { return port_.getInputCount() > 0; }
     int received_size() const noexcept override { return wrong_size_; }
+    void say_source(Source& text) const noexcept override {
+        std::snprintf(text, sizeof text, "YARP port %s", name_.c_str());
+    }
 
   private:
     bool is_news() const noexcept {
@@ -128,6 +133,7 @@ class Reader final : public toolbox::StreamReader, private os::TypedReaderCallba
         bell_.ring();
     }
 
+    const std::string name_;
     ExchangeBuffer newest_; ///< number, time, values
     std::vector<double> arriving_, values_;
     middleware::Stamp taken_;

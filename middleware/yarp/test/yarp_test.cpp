@@ -444,6 +444,12 @@ TEST_F(YarpStreams, ReadTheNewestMessageWithItsStamp) {
     bool goes_on = true;
     for (int k = 0; k < 1000 && goes_on; ++k, usleep(1000)) goes_on = run.step();
     expect_contains(run.simulation.failure(), "x: a message has 3 elements, but argument 'size' is 2");
+    Running wrong(reading(", stream: /sender, size: 2, wait_for_data: true, timeout: 20"));
+    sender.send({1, std::nan("")});
+    EXPECT_FALSE(wrong.step());
+    expect_contains(wrong.simulation.failure(), "x: stream '/sender' (YARP port /sender): message ");
+    expect_contains(wrong.simulation.failure(),
+                    " brings nan as element 2 of 2; look at what its sender computes");
 }
 
 TEST_F(YarpStreams, OpenThePortThatNobodyHas) {
@@ -470,7 +476,9 @@ TEST_F(YarpStreams, WaitForAMessage) {
     ASSERT_TRUE(run.step()) << run.simulation.failure();
     EXPECT_EQ(run.scalar("x.y"), 4);
     EXPECT_FALSE(run.step());
-    expect_contains(run.simulation.failure(), "x: no message came within the timeout; look at the sender");
+    expect_contains(run.simulation.failure(),
+                    "x: stream '/sender' (YARP port /sender): no message came within the timeout of 0.05 s; "
+                    "look whether its sender runs, or raise timeout");
 }
 
 TEST_F(YarpStreams, WriteToWhoListens) {

@@ -6,9 +6,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <ctime>
 #include <stdexcept>
 #include <unistd.h>
+#include <utility>
 
 namespace bf::toolbox {
 
@@ -40,8 +42,9 @@ template <class F> bool wait_until(double timeout, F&& done) noexcept {
 
 class LocalReader final : public StreamReader {
   public:
-    LocalReader(const std::string& folder, const std::string& name, int size)
-        : segment_(folder, name, size, Segment::Role::reader), buffer_(size), last_(segment_.newest()) {}
+    LocalReader(const std::string& folder, std::string domain, const std::string& name, int size)
+        : segment_(folder, name, size, Segment::Role::reader), domain_(std::move(domain)), buffer_(size),
+          last_(segment_.newest()) {}
 
     Taken take(Eigen::Ref<Eigen::VectorXd> values, Stamp& stamp) noexcept override {
         if (segment_.newest() == last_) return Taken::nothing;
@@ -59,9 +62,13 @@ class LocalReader final : public StreamReader {
     }
     bool has_writer() const noexcept override { return segment_.has(Segment::Role::writer); }
     int received_size() const noexcept override { return segment_.count(); }
+    void say_source(Source& text) const noexcept override {
+        std::snprintf(text, sizeof text, "shared memory, domain '%s'", domain_.c_str());
+    }
 
   private:
     Segment segment_;
+    const std::string domain_;
     Eigen::VectorXd buffer_;
     std::uint64_t last_;
 };
@@ -185,9 +192,10 @@ class LocalServer final : public SimulatorServer {
 
 class LocalConnection final : public StreamConnection {
   public:
-    explicit LocalConnection(std::string folder) : folder_(std::move(folder)) {}
+    LocalConnection(std::string folder, std::string domain)
+        : folder_(std::move(folder)), domain_(std::move(domain)) {}
     std::shared_ptr<StreamReader> open_reader(const std::string& name, int size) override {
-        return std::make_shared<LocalReader>(folder_, name, size);
+        return std::make_shared<LocalReader>(folder_, domain_, name, size);
     }
     std::shared_ptr<StreamWriter> open_writer(const std::string& name, int size) override {
         return std::make_shared<LocalWriter>(folder_, name, size);
@@ -213,16 +221,16 @@ class LocalConnection final : public StreamConnection {
         return Segment(folder_, stream, 1, Segment::Role::reader).has(Segment::Role::writer);
     }
 
-    std::string folder_;
+    const std::string folder_, domain_;
 };
 
 } // namespace
 
 LocalNetwork::LocalNetwork(const std::string& domain)
-    : folder_("/dev/shm/blockfactory-" + std::to_string(geteuid()) + "-" + domain) {}
+    : folder_("/dev/shm/blockfactory-" + std::to_string(geteuid()) + "-" + domain), domain_(domain) {}
 
 std::shared_ptr<StreamConnection> LocalNetwork::open() const {
-    return std::make_shared<LocalConnection>(folder_);
+    return std::make_shared<LocalConnection>(folder_, domain_);
 }
 
 } // namespace bf::toolbox

@@ -14,7 +14,7 @@ class LocalNetwork final : public StreamNetwork {
     std::shared_ptr<StreamConnection> open() const override;
 
   private:
-    std::string folder_;
+    std::string folder_, domain_;
 };
 
 } // namespace bf::toolbox

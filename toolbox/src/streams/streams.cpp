@@ -3,6 +3,7 @@
 #include "BlockFactory/Core/Log.h"
 #include "bf/core/block.hpp"
 #include "bf/core/interrupt.hpp"
+#include "bf/core/kept_text.hpp"
 #include "bf/toolbox/streams.hpp"
 #include "streams/local_network.hpp"
 
@@ -11,6 +12,7 @@
 #include <cerrno>
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
 #include <ctime>
 #include <stdexcept>
 
@@ -87,6 +89,10 @@ class StreamRead final : public Block {
     OutsideState<Opened<StreamReader>> reader{this, [] { return std::make_shared<Opened<StreamReader>>(); }};
     Scratch<std::pair<Vector, Stamp>> newest{
         this, [this] { return std::pair<Vector, Stamp>(Vector::Zero(*size), {}); }};
+    struct Told {
+        char letters[600] = "";
+    };
+    Scratch<Told> told{this, [] { return Told(); }};
 
     void start(Now at) const override {
         at[reader].end = at[network].open_reader(*stream, size);
@@ -102,13 +108,24 @@ class StreamRead final : public Block {
         if (wait_for_data && !end.wait(timeout))
             return is_interrupted()
                        ? Status::failure(interrupted)
-                       : Status::failure("no message came within the timeout; look at the sender");
+                       : failure(at,
+                                 "no message came within the timeout of %g s; look whether its sender "
+                                 "runs, or raise timeout",
+                                 *timeout);
         switch (end.take(values, stamp)) {
         case Taken::wrong_size:
             return Status::failure("a message has {} elements, but argument 'size' is {}",
                                    end.received_size(), *size);
-        case Taken::failure: return Status::failure("the stream broke; look at its network");
-        default: break;
+        case Taken::failure: return failure(at, "it broke; look at its network");
+        case Taken::message:
+            for (Eigen::Index i = 0; i < values.size(); ++i)
+                if (!std::isfinite(values[i]))
+                    return failure(at,
+                                   "message %.0f brings %g as element %d of %d; look at what its sender "
+                                   "computes",
+                                   stamp.count, values[i], static_cast<int>(i + 1), *size);
+            break;
+        case Taken::nothing: break;
         }
         out[y] = values;
         if (timestamp.is_present()) out[timestamp] << stamp.count, stamp.time;
@@ -120,6 +137,18 @@ class StreamRead final : public Block {
         next[last] = values;
         next[last_stamp] << stamp.count, stamp.time;
         return ok;
+    }
+
+  private:
+    /// What happened, behind the stream's name and where its messages come from.
+    template <class... Values> Status failure(Now at, const char* format, Values... happened) const noexcept {
+        StreamReader::Source source;
+        at[reader].end->say_source(source);
+        char text[sizeof(Told)];
+        const int head = std::snprintf(text, sizeof text, "stream '%.200s' (%s): ", stream->c_str(), source);
+        std::snprintf(text + head, sizeof text - static_cast<std::size_t>(head), format, happened...);
+        keep_text(at[told].letters, text);
+        return Status::failure(at[told].letters);
     }
 };
 
@@ -389,8 +418,7 @@ void add_streams(Library& library) {
             "Newest message of a stream, of which messages in between are lost; without a new one, the last. "
             "Messages of before the start do not count. "
             "Errors: nobody sends, with autoconnect and error_on_missing; in a step: a message of another "
-            "size, "
-            "and with wait_for_data none within the timeout.")
+            "size or with a number that is not finite, and with wait_for_data none within the timeout.")
         .add<StreamWrite>(
             "StreamWrite",
             "Sends its input as a message in each step. A stream has one writer and any number of readers. "

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstring>
 #include <memory>
 #include <string>
 
@@ -36,6 +37,9 @@ class StreamReader {
     virtual bool has_writer() const noexcept = 0;
     /// Number of elements of the newest message.
     virtual int received_size() const noexcept = 0;
+    /// Where messages come from, such as "UDP from 127.0.0.1:9001", for people; asked when a step has failed.
+    using Source = char[200];
+    virtual void say_source(Source& text) const noexcept { std::strcpy(text, "another program"); }
 };
 
 /// The end of a stream that sends.

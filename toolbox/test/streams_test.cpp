@@ -6,6 +6,8 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <fcntl.h>
+#include <random>
 #include <thread>
 #include <unistd.h>
 
@@ -150,6 +152,97 @@ TEST(Streams, SayWhichMessageIsNotFiniteAndWhereItComesFrom) {
                                                    name +
                                                    " as element 2 of 2; look at what its sender computes");
     }
+}
+
+namespace {
+
+/// The file of a stream, for somebody who writes over it.
+class Overwritten {
+  public:
+    explicit Overwritten(const std::string& name)
+        : descriptor_(open((folder(name) + "/%2frobot%2fstate").c_str(), O_RDWR | O_CLOEXEC)) {}
+    ~Overwritten() { close(descriptor_); }
+    off_t size() const { return lseek(descriptor_, 0, SEEK_END); }
+    void write(off_t at, std::uint64_t word) const {
+        EXPECT_EQ(pwrite(descriptor_, &word, sizeof word, at), static_cast<ssize_t>(sizeof word));
+    }
+    void cut(off_t size) const { EXPECT_EQ(ftruncate(descriptor_, size), 0); }
+
+  private:
+    int descriptor_;
+};
+
+/// After each damage a reader has what it had or what was sent, and then the next message.
+class Damaged {
+  public:
+    explicit Damaged(const std::string& name)
+        : writer_(writing(name, 3)), reader_(reading(name, ", size: 3")),
+          waiting_(reading(name, ", size: 3, wait_for_data: true, timeout: 20")), file(name) {
+        send_and_take();
+    }
+    void expect_the_newest_message_alone() {
+        ASSERT_TRUE(reader_.step()) << reader_.simulation.failure();
+        EXPECT_EQ(reader_.get("x.y"), message());
+        send_and_take();
+    }
+
+  private:
+    Matrix message() const { return Eigen::Vector3d(sent_, -sent_, 0.5); }
+    void send_and_take() {
+        ++sent_;
+        writer_.set("u", message());
+        ASSERT_TRUE(writer_.step()) << writer_.simulation.failure();
+        for (Running* reader : {&reader_, &waiting_}) {
+            ASSERT_TRUE(reader->step()) << reader->simulation.failure();
+            ASSERT_EQ(reader->get("x.y"), message());
+        }
+    }
+    Running writer_, reader_, waiting_;
+    double sent_ = 0;
+
+  public:
+    const Overwritten file;
+};
+
+} // namespace
+
+TEST(Streams, BelieveNoWordThatAnotherProgramWroteOver) {
+    Damaged stream("words");
+    std::mt19937_64 random(1);
+    const off_t size = stream.file.size();
+    ASSERT_GE(size, 100);
+    for (off_t at = 0; at + 8 <= size; at += 8)
+        for (const std::uint64_t word : {std::uint64_t{0}, std::uint64_t{1}, ~std::uint64_t{0},
+                                         std::uint64_t{1} << 63, random(), random(), random()}) {
+            stream.file.write(at, word);
+            stream.expect_the_newest_message_alone();
+            ASSERT_FALSE(testing::Test::HasFailure()) << "word at " << at << " was " << word;
+        }
+    for (int k = 0; k < 100; ++k) { // all of it at once
+        for (off_t at = 0; at + 8 <= size; at += 8) stream.file.write(at, random());
+        stream.expect_the_newest_message_alone();
+    }
+}
+
+TEST(Streams, LiveOnWhereTheirFileIsMadeShorter) {
+    Damaged stream("short");
+    const off_t size = stream.file.size();
+    for (off_t left = 0; left <= size; ++left) {
+        stream.file.cut(left);
+        stream.expect_the_newest_message_alone();
+        ASSERT_FALSE(testing::Test::HasFailure()) << left << " bytes";
+    }
+}
+
+TEST(Streams, WaitForAMessageThatCanBeRead) {
+    Running writer(writing("unread", 3));
+    Running reader(reading("unread", ", size: 3, wait_for_data: true, timeout: 0.05"));
+    writer.set("u", Eigen::Vector3d(1, 2, 3));
+    ASSERT_TRUE(writer.step());
+    const Overwritten file("unread");
+    for (off_t at = 24; at + 8 <= file.size(); at += 8) file.write(at, 7); // behind the head
+    EXPECT_FALSE(reader.step());
+    expect_contains(reader.simulation.failure(), "no message came within the timeout of 0.05 s");
 }
 
 TEST(Streams, AreSeenInTheirDomainAlone) {

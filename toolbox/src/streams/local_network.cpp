@@ -47,18 +47,16 @@ class LocalReader final : public StreamReader {
           last_(segment_.newest()) {}
 
     Taken take(Eigen::Ref<Eigen::VectorXd> values, Stamp& stamp) noexcept override {
-        if (segment_.newest() == last_) return Taken::nothing;
-        double time = 0;
-        const auto number = segment_.read(buffer_, time);
-        if (number == Segment::torn) return Taken::nothing; // the next step takes it
+        if (!is_news()) return Taken::nothing;
+        const auto number = std::exchange(coming_, Segment::none);
         if (number == Segment::misfit) return Taken::wrong_size;
         last_ = number;
         values = buffer_;
-        stamp = {static_cast<double>(number), time};
+        stamp = {static_cast<double>(number), time_};
         return Taken::message;
     }
     bool wait(double timeout) noexcept override {
-        return wait_until(timeout, [&] { return segment_.newest() != last_; });
+        return wait_until(timeout, [&] { return is_news(); });
     }
     bool has_writer() const noexcept override { return segment_.has(Segment::Role::writer); }
     int received_size() const noexcept override { return segment_.count(); }
@@ -67,10 +65,18 @@ class LocalReader final : public StreamReader {
     }
 
   private:
+    /// What cannot be read is none, however new it is.
+    bool is_news() noexcept {
+        if (const auto newest = segment_.newest(); newest != Segment::none && newest != last_)
+            coming_ = segment_.read(buffer_, time_);
+        return coming_ != Segment::none;
+    }
+
     Segment segment_;
     const std::string domain_;
     Eigen::VectorXd buffer_;
-    std::uint64_t last_;
+    double time_ = 0;
+    std::uint64_t last_, coming_ = Segment::none; ///< numbers of the messages that were taken and read
 };
 
 class LocalWriter final : public StreamWriter {
@@ -78,8 +84,7 @@ class LocalWriter final : public StreamWriter {
     LocalWriter(const std::string& folder, const std::string& name, int size)
         : segment_(folder, name, size, Segment::Role::writer) {}
     bool write(const Eigen::Ref<const Eigen::VectorXd>& values) noexcept override {
-        segment_.write(values, seconds(CLOCK_REALTIME));
-        return true;
+        return segment_.write(values, seconds(CLOCK_REALTIME));
     }
     bool has_reader() const noexcept override { return segment_.has(Segment::Role::reader); }
 
@@ -89,6 +94,7 @@ class LocalWriter final : public StreamWriter {
 
 // A client asks by [number, command, steps] and the server answers by [number, step size].
 enum class Command { tell, pause, resume, step };
+constexpr double most_steps = 1e9; ///< at once
 std::string requests_of(const std::string& name) { return name + "?request"; }
 std::string replies_of(const std::string& name) { return name + "?reply"; }
 
@@ -115,7 +121,7 @@ class LocalSimulator final : public SimulatorConnection {
         double time = 0;
         const auto is_answered = [&] {
             const auto taken = replies_.read(reply_, time);
-            return taken != Segment::torn && taken != Segment::misfit && reply_[0] == number_;
+            return taken != Segment::none && taken != Segment::misfit && reply_[0] == number_;
         };
         // One that has ended answers nothing more; one that is asked first may only begin.
         const auto is_over = [&] {
@@ -166,8 +172,11 @@ class LocalServer final : public SimulatorServer {
         if (newest == last_) return;
         double time = 0;
         const auto taken = requests_.read(request_, time);
-        if (taken == Segment::torn || taken == Segment::misfit) return;
+        if (taken == Segment::none || taken == Segment::misfit) return;
         last_ = taken;
+        // Anybody can write a stream of that name.
+        if (!(request_[1] >= 0 && request_[1] < 4) || !(request_[2] >= 0 && request_[2] <= most_steps))
+            return;
         switch (static_cast<Command>(static_cast<int>(request_[1]))) {
         case Command::tell: break;
         case Command::pause: is_paused_ = true; break;

@@ -1,19 +1,18 @@
 #include "streams/segment.hpp"
 
-#include <algorithm>
+#include <array>
 #include <cerrno>
+#include <climits>
 #include <cstring>
 #include <fcntl.h>
+#include <span>
 #include <stdexcept>
-#include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 namespace bf::toolbox {
 
 namespace {
-
-static_assert(std::atomic<double>::is_always_lock_free && std::atomic<std::uint64_t>::is_always_lock_free);
 
 // Bytes of the file that stand for what its openers do; locks of open files end with them.
 constexpr off_t writer_byte = 0, reader_byte = 1, life_byte = 2;
@@ -56,13 +55,31 @@ std::runtime_error failure(const std::string& name, const std::string& what) {
     return std::runtime_error("stream '" + name + "': " + what);
 }
 
+/// Of words that nobody wrote in between: each step of the sum is one to one in what it had before.
+std::uint64_t check_of(std::span<const std::uint64_t> words) noexcept {
+    std::uint64_t sum = words.size() + 1;
+    for (const std::uint64_t word : words) {
+        sum = (sum ^ word) * 0x9e3779b97f4a7c15; // odd: 2^64 over the golden ratio
+        sum ^= sum >> 32;
+    }
+    return sum;
+}
+
+bool read_at(int descriptor, void* to, std::size_t bytes, std::size_t at) noexcept {
+    return pread(descriptor, to, bytes, static_cast<off_t>(at)) == static_cast<ssize_t>(bytes);
+}
+bool write_at(int descriptor, const void* from, std::size_t bytes, std::size_t at) noexcept {
+    return pwrite(descriptor, from, bytes, static_cast<off_t>(at)) == static_cast<ssize_t>(bytes);
+}
+
 } // namespace
 
 Segment::Segment(const std::filesystem::path& folder, const std::string& name, int size, Role role)
-    : file_(folder / file_name(name)),
-      bytes_(sizeof(Header) + static_cast<std::size_t>(size) * sizeof(double)), size_(size) {
+    : file_(folder / file_name(name)), size_(size),
+      words_(place_bytes(static_cast<std::uint64_t>(size)) / sizeof(std::uint64_t)) {
     if (name.empty()) throw failure(name, "it needs a name, such as '/robot/state'");
     if (file_.filename().string().size() > 255) throw failure(name, "its name is too long");
+    const std::size_t bytes = sizeof(Head) + places * place_bytes(static_cast<std::uint64_t>(size));
     for (;;) {
         if (mkdir(folder.c_str(), 0700) != 0 && errno != EEXIST)
             throw failure(name, "cannot make the folder " + folder.string() + ": " + std::strerror(errno));
@@ -87,24 +104,14 @@ Segment::Segment(const std::filesystem::path& folder, const std::string& name, i
             wrong = "somebody else writes it; give this one another name, or end the other";
         else if (role == Role::reader && !lock(descriptor_, reader_byte, F_RDLCK))
             wrong = std::string("cannot lock its file: ") + std::strerror(errno);
-        // Never shorter, as others may have it, too.
-        else if (const int error = posix_fallocate(descriptor_, 0, static_cast<off_t>(bytes_)); error != 0)
-            wrong = std::string("there is no memory for it: ") + std::strerror(error);
+        else if (role == Role::writer)
+            if (const int error = posix_fallocate(descriptor_, 0, static_cast<off_t>(bytes)); error != 0)
+                wrong = std::string("there is no memory for it: ") + std::strerror(error);
         if (wrong.empty()) break;
         close();
         throw failure(name, wrong);
     }
-    void* memory = mmap(nullptr, bytes_, PROT_READ | PROT_WRITE, MAP_SHARED, descriptor_, 0);
-    if (memory == MAP_FAILED) {
-        close();
-        throw failure(name, std::string("there is no memory for it: ") + std::strerror(errno));
-    }
-    header_ = static_cast<Header*>(memory);
-}
-
-Segment::~Segment() {
-    if (header_) munmap(header_, bytes_);
-    close();
+    written_ = newest(); // of a writer before
 }
 
 void Segment::close() noexcept {
@@ -121,37 +128,45 @@ bool Segment::has(Role role) const noexcept {
     return !is_free(descriptor_, role == Role::writer ? writer_byte : reader_byte);
 }
 
-std::uint64_t Segment::newest() const noexcept { return header_->lock.turn() / 2; }
-
-int Segment::count() const noexcept {
-    return static_cast<int>(header_->count.load(std::memory_order_relaxed));
-}
-
-void Segment::write(const Eigen::Ref<const Eigen::VectorXd>& given, double time) noexcept {
-    const std::uint64_t k = newest() + 1;
-    header_->lock.begin(k);
-    header_->count.store(static_cast<std::uint64_t>(given.size()), std::memory_order_relaxed);
-    header_->time.store(time, std::memory_order_relaxed);
-    for (int i = 0; i < std::min<int>(size_, static_cast<int>(given.size())); ++i)
-        values()[i].store(given[i], std::memory_order_relaxed);
-    header_->lock.end(k);
-}
-
-std::uint64_t Segment::read(Eigen::Ref<Eigen::VectorXd> taken, double& time) const noexcept {
+Segment::Head Segment::head() const noexcept {
     for (int attempt = 0; attempt < 3; ++attempt) {
-        const auto turn = header_->lock.turn();
-        if (turn % 2 != 0) continue;
-        const auto number = header_->count.load(std::memory_order_relaxed);
-        const double sent = header_->time.load(std::memory_order_relaxed);
-        const bool fits = number == static_cast<std::uint64_t>(taken.size()) && taken.size() <= size_;
-        for (Eigen::Index i = 0; fits && i < taken.size(); ++i)
-            taken[i] = values()[i].load(std::memory_order_relaxed);
-        if (!header_->lock.is_still(turn)) continue;
-        if (!fits) return misfit;
-        time = sent;
-        return turn / 2;
+        Head head;
+        if (!read_at(descriptor_, &head, sizeof head, 0)) break;
+        if (head.check == check_of(std::array{head.number, head.count}) && head.count <= INT_MAX) return head;
     }
-    return torn;
+    return {};
+}
+
+bool Segment::write(const Eigen::Ref<const Eigen::VectorXd>& given, double time) noexcept {
+    const auto count = static_cast<std::uint64_t>(given.size());
+    if (given.size() != size_) return false;
+    words_[0] = ++written_;
+    std::memcpy(&words_[1], &time, sizeof time);
+    if (count > 0) std::memcpy(&words_[2], given.data(), count * sizeof(double));
+    words_[count + 2] = check_of(std::span(words_).first(count + 2));
+    const Head head{written_, count, check_of(std::array{written_, count})};
+    return write_at(descriptor_, words_.data(), place_bytes(count),
+                    sizeof head + written_ % places * place_bytes(count)) &&
+           write_at(descriptor_, &head, sizeof head, 0);
+}
+
+std::uint64_t Segment::read(Eigen::Ref<Eigen::VectorXd> taken, double& time) noexcept {
+    for (int attempt = 0; attempt < 3; ++attempt) {
+        const Head newest = head();
+        if (newest.number == 0) return none;
+        count_ = static_cast<int>(newest.count);
+        if (count_ != size_ || taken.size() != size_) return misfit;
+        if (!read_at(descriptor_, words_.data(), place_bytes(newest.count),
+                     sizeof newest + newest.number % places * place_bytes(newest.count)))
+            return none;
+        if (words_[0] != newest.number ||
+            words_[newest.count + 2] != check_of(std::span(words_).first(newest.count + 2)))
+            continue;
+        std::memcpy(&time, &words_[1], sizeof time);
+        if (size_ > 0) std::memcpy(taken.data(), &words_[2], newest.count * sizeof(double));
+        return newest.number;
+    }
+    return none;
 }
 
 } // namespace bf::toolbox

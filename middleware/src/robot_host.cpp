@@ -150,7 +150,7 @@ void RobotHost::show_gains() noexcept {
 void RobotHost::take() noexcept {
     for (Stamp stamp; end_.take_command(command_.data(), stamp);) {
         const double session = command_[RobotLayout::session];
-        if (session == last_session_ || session == 0) continue;
+        if (session == last_session_ || session == 0 || !std::isfinite(session)) continue;
         if (session != session_) {
             if (session_ != 0) let_go(Event::died);
             session_ = session;

@@ -1,10 +1,13 @@
 // Messages between threads and programs that wait for nobody.
+#include "bf/middleware/bell.hpp"
 #include "bf/middleware/exchange.hpp"
 #include "heap.hpp"
 
 #include <algorithm>
 #include <atomic>
 #include <csignal>
+#include <cstdint>
+#include <cstring>
 #include <gtest/gtest.h>
 #include <sys/mman.h>
 #include <sys/wait.h>
@@ -102,10 +105,10 @@ TEST(Exchange, OutlivesItsWriters) {
     for (int round = 0; round < 50; ++round) {
         const pid_t child = fork();
         if (child == 0)
-            for (;;) {
-                const auto k = static_cast<double>(exchange.newest() + 1);
+            for (Exchange its(memory, size);;) {
+                const auto k = static_cast<double>(its.newest() + 1);
                 std::fill(values.begin(), values.end(), k);
-                exchange.write(values.data(), k);
+                its.write(values.data(), k);
             }
         while (exchange.newest() < last + 3) std::this_thread::yield();
         usleep(static_cast<useconds_t>(37 * round));
@@ -118,6 +121,39 @@ TEST(Exchange, OutlivesItsWriters) {
         last = stamp.number;
     }
     munmap(memory, bytes);
+}
+
+/// In memory that other programs may write over.
+TEST(Exchange, IsReadAgainAfterTheNextMessageWhateverWasWrittenOverIt) {
+    for (const std::uint64_t word :
+         {std::uint64_t{0}, std::uint64_t{1}, ~std::uint64_t{0}, std::uint64_t{1} << 63}) {
+        std::vector<std::byte> bytes(Exchange::bytes(2) + 64);
+        auto* aligned = bytes.data() + (64 - reinterpret_cast<std::uintptr_t>(bytes.data()) % 64);
+        for (std::size_t at = 0; at < Exchange::bytes(2); at += 8) {
+            std::fill(bytes.begin(), bytes.end(), std::byte{});
+            Exchange writer(aligned, 2);
+            const Exchange reader(aligned, 2);
+            for (double k = 1; k <= 5; ++k) writer.write(message(2, k).data(), k);
+            std::memcpy(aligned + at, &word, sizeof word);
+            writer.write(message(2, 6).data(), 6);
+            std::vector<double> values(2);
+            Stamp stamp;
+            ASSERT_TRUE(reader.read(values.data(), stamp)) << "word at " << at << " was " << word;
+            EXPECT_EQ(values, message(2, 6));
+            EXPECT_EQ(stamp.number, 6u);
+        }
+    }
+}
+
+TEST(Bell, CountsItsSleepersAnewWhereTheirNumberWasWrittenOver) {
+    Bell bell{};
+    bell.sleepers = ~0U;
+    bell.wait(
+        0.001, [] { return false; }, 0);
+    EXPECT_EQ(bell.sleepers, 0u) << "and with 0 a sleeper of the next time would not be woken";
+    bell.wait(
+        0.001, [] { return false; }, 0);
+    EXPECT_EQ(bell.sleepers, 0u);
 }
 
 } // namespace bf::middleware::test

@@ -18,7 +18,7 @@ CHANGES = [
     ("formats/yaml/model.schema.json", '"required": ["model"]', '"required": ["model", "stop"]', {"model"}),
     ("python/blockfactory/_simulation.py", "def run(self, duration", "def run(self, seconds", {"python"}),
     ("middleware/udp/src/packet.hpp", "hello = 1, welcome, busy", "hello = 1, busy, welcome", {"udp"}),
-    ("middleware/shared_memory/src/robot_file.hpp", "std::uint64_t text_bytes;", "std::uint32_t text_bytes;", {"shared_memory"}),
+    ("middleware/shared_memory/src/robot_file.hpp", "std::uint32_t text_bytes;", "std::uint64_t text_bytes;", {"shared_memory"}),
 ]
 
 

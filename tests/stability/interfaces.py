@@ -118,8 +118,8 @@ class Interfaces:
         import cxx
 
         folders = [self.source / "middleware/shared_memory/src", self.source / "middleware/include"]
-        names = {"bf::shared_memory::RobotFile::Header", "bf::middleware::Bell", "bf::middleware::Exchange::Header",
-                 "bf::middleware::Exchange::Turn"}
+        names = {"bf::shared_memory::RobotFile::Header", "bf::shared_memory::RobotFile::Finder", "bf::middleware::Bell",
+                 "bf::middleware::Exchange::Header", "bf::middleware::Exchange::Turn"}
         return self.found("middleware/shared_memory/src/robot_file.hpp", r'"BFR(\d)"'), cxx.layouts(self.unit(), folders, names)
 
     def model(self):

@@ -3,11 +3,11 @@
 #include "bf/core/interrupt.hpp"
 #include "robot_file.hpp"
 
+#include <algorithm>
 #include <stdexcept>
 
 namespace bf::shared_memory {
 
-using middleware::Exchange;
 using middleware::now;
 using middleware::RobotDescription;
 using middleware::Stamp;
@@ -16,10 +16,7 @@ namespace {
 
 std::string called(const std::string& name) { return "robot '" + name + "' in shared memory"; }
 
-/// Copies a message that was not taken yet.
-bool take(const Exchange& from, double* values, Stamp& last) noexcept {
-    return from.newest() != last.number && from.read(values, last);
-}
+constexpr double mending = 0.2; ///< s within which a server writes anew what was written over
 
 class Link final : public middleware::RobotLink {
   public:
@@ -30,7 +27,15 @@ class Link final : public middleware::RobotLink {
         RobotDescription description;
         const std::string how = "bf serve MODEL --shm " + robot_;
         const double begin = now();
-        for (bool is_told = false; !file_.open(robot_, description);) {
+        const auto is_open = [&] {
+            try {
+                return file_.open(robot_, description);
+            } catch (const std::runtime_error&) { // its server may mend it
+                if (now() - begin > std::min(timeout, mending)) throw;
+                return false;
+            }
+        };
+        for (bool is_told = false; !is_open();) {
             if (now() - begin > timeout)
                 throw std::runtime_error("nobody serves it within " + Value(timeout).describe() +
                                          " s; start it first, e.g. by " + how);
@@ -49,18 +54,22 @@ class Link final : public middleware::RobotLink {
     void stop() noexcept override { file_.close(); }
 
     bool take_state(double* state, Stamp& stamp) noexcept override {
-        if (!take(file_.state(), state, state_)) return false;
+        if (!file_.state().take(state, state_)) return false;
         stamp = state_;
         return true;
     }
-    bool take_gains(double* gains) noexcept override { return take(file_.gains(), gains, gains_); }
+    bool take_gains(double* gains) noexcept override { return file_.gains().take(gains, gains_); }
     void send_command(const double* command) noexcept override {
         file_.command().write(command, now());
         file_.command_bell().ring();
     }
     void send_settings(const double* settings) noexcept override { file_.settings().write(settings, now()); }
     void wait(double timeout) noexcept override {
-        file_.state_bell().wait(timeout, [&] { return file_.state().newest() != state_.number; });
+        const auto has_news = [&] { return file_.state().has_news(state_); };
+        file_.state_bell().wait(timeout, has_news);
+        if (has_news()) return;
+        file_.command().mend(); // or the server waits for it
+        file_.settings().mend();
     }
     bool is_gone() noexcept override { return file_.is_server_gone(); }
     const std::string& name() const noexcept override { return name_; }
@@ -86,16 +95,17 @@ class End final : public middleware::RobotEnd {
     }
     void show_gains(const double* gains) noexcept override { file_.gains().write(gains, now()); }
     bool take_command(double* command, Stamp& stamp) noexcept override {
-        if (!take(file_.command(), command, command_)) return false;
+        if (!file_.command().take(command, command_)) return false;
         stamp = command_;
         return true;
     }
     bool take_settings(double* settings) noexcept override {
-        return take(file_.settings(), settings, settings_);
+        return file_.settings().take(settings, settings_);
     }
     void wait(double timeout) noexcept override {
-        file_.mend();
-        file_.command_bell().wait(timeout, [&] { return file_.command().newest() != command_.number; });
+        const auto has_news = [&] { return file_.command().has_news(command_); };
+        file_.command_bell().wait(timeout, has_news);
+        if (!has_news()) file_.mend();
     }
     bool is_gone() noexcept override { return file_.is_controller_gone(); }
     const std::string& name() const noexcept override { return name_; }

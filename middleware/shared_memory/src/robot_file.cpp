@@ -2,20 +2,24 @@
 
 #include "bf/shared_memory/robot.hpp"
 
+#include <algorithm>
+#include <bit>
 #include <cerrno>
 #include <cstring>
 #include <fcntl.h>
 #include <stdexcept>
 #include <sys/file.h>
-#include <sys/mman.h>
+#include <sys/ipc.h>
+#include <sys/shm.h>
 #include <sys/stat.h>
 #include <unistd.h>
+#include <utility>
 
 namespace bf::shared_memory {
 
-using middleware::Exchange;
 using middleware::RobotDescription;
 using middleware::RobotLayout;
+using middleware::Stamp;
 
 namespace {
 
@@ -58,7 +62,62 @@ struct flock range(int byte) noexcept {
     return lock;
 }
 
+/// Of the number and all but the last of the words: each step of the sum is one to one in what it had before.
+double check_of(std::uint64_t number, const std::vector<double>& words) noexcept {
+    std::uint64_t sum = number;
+    for (std::size_t i = 0; i + 1 < words.size(); ++i) {
+        sum = (sum ^ std::bit_cast<std::uint64_t>(words[i])) *
+              0x9e3779b97f4a7c15; // odd: 2^64 over the golden ratio
+        sum ^= sum >> 32;
+    }
+    return std::bit_cast<double>(sum);
+}
+
+constexpr const char* damaged = "its memory is that of another version, or damaged; use the same "
+                                "BlockFactory on both sides, or start its "
+                                "server anew";
+
+bool is_same(const double* a, const double* b, std::size_t count) noexcept {
+    return std::memcmp(a, b, count * sizeof(double)) == 0; // bit by bit, as some are NaN
+}
+
 } // namespace
+
+void CheckedExchange::write(const double* values, double time) noexcept {
+    std::copy_n(values, message_.size() - 1, message_.begin());
+    message_.back() = check_of(exchange_.written() + 1, message_);
+    time_ = time;
+    is_written_ = true;
+    exchange_.write(message_.data(), time);
+}
+
+bool CheckedExchange::read(Stamp& stamp) noexcept {
+    if (!exchange_.read(read_.data(), stamp)) return false;
+    const double check = check_of(stamp.number, read_);
+    return is_same(&check, &read_.back(), 1);
+}
+
+bool CheckedExchange::has_news(const Stamp& last) noexcept {
+    Stamp stamp;
+    return exchange_.newest() != last.number && read(stamp);
+}
+
+bool CheckedExchange::take(double* values, Stamp& last) noexcept {
+    Stamp stamp;
+    if (exchange_.newest() == last.number || !read(stamp)) return false;
+    std::copy_n(read_.begin(), read_.size() - 1, values);
+    last = stamp;
+    return true;
+}
+
+void CheckedExchange::mend() noexcept {
+    Stamp stamp;
+    if (!is_written_ || (read(stamp) && stamp.number == exchange_.written() &&
+                         is_same(read_.data(), message_.data(), message_.size())))
+        return;
+    message_.back() = check_of(exchange_.written() + 1, message_);
+    exchange_.write(message_.data(), time_);
+}
 
 std::string wrong_name(const std::string& name) {
     const bool is_plain = name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
@@ -77,11 +136,10 @@ bool RobotFile::lock(int byte) const noexcept {
     return fcntl(descriptor_, F_OFD_SETLK, &lock) == 0;
 }
 
-void RobotFile::map(std::size_t bytes) {
-    void* memory = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED, descriptor_, 0);
-    if (memory == MAP_FAILED) throw system_error("there is no memory for it");
-    header_ = static_cast<Header*>(memory);
-    bytes_ = bytes;
+void RobotFile::attach(int memory) {
+    void* const attached = shmat(memory, nullptr, 0);
+    if (attached == reinterpret_cast<void*>(-1)) throw system_error("its memory is not in reach");
+    header_ = static_cast<Header*>(attached);
 }
 
 std::size_t RobotFile::place(const RobotDescription& description, std::size_t text_bytes) {
@@ -91,7 +149,7 @@ std::size_t RobotFile::place(const RobotDescription& description, std::size_t te
          {std::pair(&state_, layout.state_size()), std::pair(&gains_, layout.settings_size()),
           std::pair(&command_, layout.command_size()), std::pair(&settings_, layout.settings_size())}) {
         if (header_) exchange->emplace(reinterpret_cast<std::byte*>(header_) + end, size);
-        end += Exchange::bytes(size);
+        end += CheckedExchange::bytes(size);
     }
     return end;
 }
@@ -112,12 +170,20 @@ void RobotFile::create(const std::string& name, const RobotDescription& descript
     descriptor_ = ::open(fresh.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0600);
     if (descriptor_ < 0) throw system_error("cannot make " + fresh);
     try {
+        if (!lock(server_byte)) throw system_error("cannot lock " + fresh);
         text_ = description.text();
         const std::size_t bytes = place(description, text_.size());
-        if (const int error = posix_fallocate(descriptor_, 0, static_cast<off_t>(bytes)); error != 0)
-            throw std::runtime_error(std::string("there is no memory for it: ") + std::strerror(error));
-        if (!lock(server_byte)) throw system_error("cannot lock " + fresh);
-        map(bytes);
+        const int memory = shmget(IPC_PRIVATE, bytes, IPC_CREAT | 0600);
+        if (memory < 0) throw system_error("there is no memory for it");
+        try {
+            attach(memory);
+        } catch (...) {
+            shmctl(memory, IPC_RMID, nullptr);
+            throw;
+        }
+        shmctl(memory, IPC_RMID, nullptr);                  // when nobody is attached any more
+        std::memset(static_cast<void*>(header_), 0, bytes); // it is all there from now on
+        finder_ = {Finder::own_magic, memory};
         place(description, text_.size());
         mend();
         if (rename(fresh.c_str(), file.c_str()) != 0) throw system_error("cannot make " + file);
@@ -130,14 +196,19 @@ void RobotFile::create(const std::string& name, const RobotDescription& descript
 }
 
 void RobotFile::mend() noexcept {
+    Finder found{};
+    if (pread(descriptor_, &found, sizeof found, 0) != sizeof found || found.magic != finder_.magic ||
+        found.memory != finder_.memory)
+        static_cast<void>(pwrite(descriptor_, &finder_, sizeof finder_, 0) < 0); // and again the next time
+    state_->mend();
+    gains_->mend();
     auto* text = reinterpret_cast<std::byte*>(header_) + header_bytes;
-    if (header_->magic == magic && header_->layout == sizeof(Header) && header_->text_bytes == text_.size() &&
+    if (header_->layout == sizeof(Header) && header_->text_bytes == text_.size() &&
         header_->is_complete.load(std::memory_order_relaxed) == 1 &&
         std::memcmp(text, text_.data(), text_.size()) == 0)
         return;
-    header_->magic = magic;
     header_->layout = sizeof(Header);
-    header_->text_bytes = text_.size();
+    header_->text_bytes = static_cast<std::uint32_t>(text_.size());
     std::memcpy(text, text_.data(), text_.size());
     header_->is_complete.store(1, std::memory_order_release);
 }
@@ -151,20 +222,25 @@ bool RobotFile::open(const std::string& name, RobotDescription& description) {
         if (fstat(descriptor_, &found) != 0 || !S_ISREG(found.st_mode))
             throw std::runtime_error("its memory is no file");
         if (is_server_gone()) return close(), false;
-        const auto bytes = static_cast<std::size_t>(found.st_size);
-        if (bytes < header_bytes)
-            throw std::runtime_error("its memory is damaged: it has only " + std::to_string(bytes) +
-                                     " bytes");
-        map(bytes);
-        if (header_->magic != magic || header_->layout != sizeof(Header) ||
-            header_->text_bytes > bytes - header_bytes ||
+        shmid_ds memory{};
+        if (pread(descriptor_, &finder_, sizeof finder_, 0) != sizeof finder_ ||
+            finder_.magic != Finder::own_magic)
+            throw std::runtime_error(damaged);
+        if (shmctl(finder_.memory, IPC_STAT, &memory) != 0)
+            throw system_error("its memory is not in reach, be it that its file is damaged, or that it is of "
+                               "another container (share its IPC namespace)");
+        const std::size_t bytes = memory.shm_segsz;
+        if (memory.shm_perm.uid != geteuid() || bytes < header_bytes) throw std::runtime_error(damaged);
+        attach(finder_.memory);
+        // What others may write over while it is looked at is read once.
+        const std::size_t text_bytes = header_->text_bytes;
+        if (header_->layout != sizeof(Header) || text_bytes > bytes - header_bytes ||
             header_->is_complete.load(std::memory_order_acquire) != 1)
-            throw std::runtime_error(
-                "its memory is that of another version, or damaged; use the same BlockFactory on both sides, "
-                "or start its server anew");
-        description = RobotDescription::read(
-            std::string(reinterpret_cast<const char*>(header_) + header_bytes, header_->text_bytes));
-        if (const std::size_t wanted = place(description, header_->text_bytes); wanted != bytes)
+            throw std::runtime_error(damaged);
+        std::string text(text_bytes, '\0');
+        std::memcpy(text.data(), reinterpret_cast<const std::byte*>(header_) + header_bytes, text_bytes);
+        description = RobotDescription::read(text);
+        if (const std::size_t wanted = place(description, text_bytes); wanted != bytes)
             throw std::runtime_error("its memory has " + std::to_string(bytes) +
                                      " bytes, and a robot of its joints and "
                                      "sensors has " +
@@ -183,7 +259,7 @@ bool RobotFile::open(const std::string& name, RobotDescription& description) {
 
 void RobotFile::close() noexcept {
     for (auto* exchange : {&state_, &gains_, &command_, &settings_}) exchange->reset();
-    if (header_) munmap(std::exchange(header_, nullptr), bytes_);
+    if (header_) shmdt(std::exchange(header_, nullptr));
     if (!made_.empty()) unlink(std::exchange(made_, {}).c_str());
     if (descriptor_ >= 0) ::close(std::exchange(descriptor_, -1));
 }

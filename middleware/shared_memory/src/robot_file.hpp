@@ -1,4 +1,4 @@
-// The memory of a served robot: a file that its server makes anew each time, and that other programs map.
+// The memory of a served robot, and the file by which other programs find it.
 #pragma once
 
 #include "bf/middleware/bell.hpp"
@@ -9,11 +9,39 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace bf::shared_memory {
 
-/// The kernel forgets the locks of a program that ends, however it ends: so each side knows of the other's
-/// death.
+/// An exchange with memory that others may write over: behind each message stands a check of its words and
+/// number, and what does not fit it is no message.
+class CheckedExchange {
+  public:
+    static std::size_t bytes(int size) { return middleware::Exchange::bytes(size + 1); }
+    CheckedExchange(void* memory, int size)
+        : exchange_(memory, size + 1), message_(static_cast<std::size_t>(size) + 1), read_(message_) {}
+
+    void write(const double* values, double time) noexcept;
+    /// Is there a message to take that is not the `last` one?
+    bool has_news(const middleware::Stamp& last) noexcept;
+    /// Copies it, and makes it the last one.
+    bool take(double* values, middleware::Stamp& last) noexcept;
+    /// Of the writer: writes its last message again where it is not as it was.
+    void mend() noexcept;
+
+  private:
+    bool read(middleware::Stamp& stamp) noexcept;
+
+    middleware::Exchange exchange_;
+    std::vector<double> message_, read_; ///< the last one, and what was read
+    double time_ = 0;
+    bool is_written_ = false;
+};
+
+/// The memory is one of System V, whose size nobody changes: who makes a mapped file shorter ends every
+/// program that looks at it (SIGBUS). The system gives it back when the last program has left it, however
+/// that ended. The file says which memory it is, and its locks, which the kernel forgets with a program, tell
+/// each side of the other's death.
 class RobotFile {
   public:
     RobotFile() = default;
@@ -29,27 +57,33 @@ class RobotFile {
     /// The file is deleted where it was made here.
     void close() noexcept;
 
-    /// Of the server: writes anew what somebody has written over of that by which controllers know the file.
+    /// Of the server: writes anew what somebody has written over of the file, of that by which controllers
+    /// know the memory, and of what was shown.
     void mend() noexcept;
 
     bool is_server_gone() const noexcept { return is_free(server_byte); }
     bool is_controller_gone() const noexcept { return is_free(controller_byte); }
 
     /// From the server and from the controller.
-    middleware::Exchange& state() { return *state_; }
-    middleware::Exchange& gains() { return *gains_; }
-    middleware::Exchange& command() { return *command_; }
-    middleware::Exchange& settings() { return *settings_; }
+    CheckedExchange& state() { return *state_; }
+    CheckedExchange& gains() { return *gains_; }
+    CheckedExchange& command() { return *command_; }
+    CheckedExchange& settings() { return *settings_; }
     middleware::Bell& state_bell() noexcept { return header_->state_bell; }
     middleware::Bell& command_bell() noexcept { return header_->command_bell; }
 
   private:
-    static constexpr std::uint32_t magic = 0x42465231; ///< "BFR1"
     static constexpr int server_byte = 0, controller_byte = 1;
 
+    /// All of the file.
+    struct Finder {
+        static constexpr std::uint32_t own_magic = 0x42465232; ///< "BFR2"
+        std::uint32_t magic;
+        std::int32_t memory; ///< its number in the system
+    };
     struct Header {
-        std::uint32_t magic, layout; ///< of this struct
-        std::uint64_t text_bytes;    ///< of the description behind it
+        std::uint32_t layout;     ///< of this struct
+        std::uint32_t text_bytes; ///< of the description behind it
         std::atomic<std::uint32_t> is_complete;
         std::atomic<std::int32_t> controller; ///< its process, or that of the last one
         alignas(64) middleware::Bell state_bell;
@@ -60,15 +94,15 @@ class RobotFile {
 
     bool is_free(int byte) const noexcept;
     bool lock(int byte) const noexcept;
-    void map(std::size_t bytes);
+    void attach(int memory);
     /// The four vectors for that robot; how many bytes there are, up to their end.
     std::size_t place(const middleware::RobotDescription& description, std::size_t text_bytes);
 
     int descriptor_ = -1;
-    std::size_t bytes_ = 0;
+    Finder finder_{};
     Header* header_ = nullptr;
     std::string made_, text_; ///< the file and the description, where it was made here
-    std::optional<middleware::Exchange> state_, gains_, command_, settings_;
+    std::optional<CheckedExchange> state_, gains_, command_, settings_;
 };
 
 } // namespace bf::shared_memory

@@ -4,10 +4,16 @@
 #include "heap.hpp"
 #include "served.hpp"
 
+#include <atomic>
 #include <chrono>
 #include <csignal>
+#include <cstdint>
 #include <cstdio>
+#include <cstring>
 #include <fcntl.h>
+#include <random>
+#include <sys/ipc.h>
+#include <sys/shm.h>
 #include <sys/wait.h>
 
 namespace bf::shared_memory::test {
@@ -42,6 +48,29 @@ middleware::RobotDescription one_joint() {
         limits->setZero(1);
     return d;
 }
+
+/// The memory of a robot, for somebody who writes over it.
+class Overwritten {
+  public:
+    explicit Overwritten(const std::string& name)
+        : file(::open((folder() + robot_name(name)).c_str(), O_RDWR)) {
+        std::int32_t words[2] = {};
+        EXPECT_EQ(pread(file, words, sizeof words, 0), static_cast<ssize_t>(sizeof words));
+        shmid_ds status{};
+        EXPECT_EQ(shmctl(words[1], IPC_STAT, &status), 0);
+        bytes = status.shm_segsz;
+        memory = static_cast<char*>(shmat(words[1], nullptr, 0));
+    }
+    ~Overwritten() {
+        shmdt(memory);
+        ::close(file);
+    }
+    void write(std::size_t at, std::uint64_t word) const { std::memcpy(memory + at, &word, sizeof word); }
+
+    const int file;
+    std::size_t bytes = 0;
+    char* memory = nullptr;
+};
 
 class Served : public middleware::test::Served {
   public:
@@ -191,14 +220,74 @@ TEST(SharedMemoryRobot, IsSeenAtTheTimesOfASlowerController) {
 TEST(SharedMemoryRobot, MendsWhatControllersKnowItBy) {
     Served served("mended", diagram(icub + icub_world));
     served.run();
-    const int descriptor = ::open((folder() + robot_name("mended")).c_str(), O_RDWR);
-    const std::string damage(600, 'x');
-    EXPECT_EQ(pwrite(descriptor, damage.data(), 20, 0), 20);
-    EXPECT_EQ(pwrite(descriptor, damage.data(), 200, 256), 200);
-    ::close(descriptor);
+    {
+        const Overwritten memory("mended");
+        std::memset(memory.memory, 'x', 20);
+        std::memset(memory.memory + 256, 'x', 200);
+        EXPECT_EQ(pwrite(memory.file, "damage", 6, 0), 6);
+    }
     std::this_thread::sleep_for(std::chrono::milliseconds(200));
     Running remote(diagram(icub + icub_at("mended")));
     EXPECT_TRUE(remote.step()) << remote.simulation.failure();
+}
+
+/// The oracle is the same diagram with a world that no other program reaches.
+TEST(SharedMemoryRobot, BelievesNoWordThatAnotherProgramWroteOver) {
+    Running direct(diagram(icub + icub_world + controller("Torque"), wires));
+    Served served("words", diagram(icub + icub_world));
+    served.run();
+    Running remote(diagram(icub + icub_at("words", ", timeout: 20") + controller("Torque"), wires));
+    const Overwritten memory("words");
+    std::mt19937_64 random(1);
+    const auto expect_the_same_step = [&] {
+        ASSERT_TRUE(direct.step());
+        ASSERT_TRUE(remote.step()) << remote.simulation.failure();
+        for (const auto& signal : seen) ASSERT_EQ(remote.get(signal), direct.get(signal)) << signal;
+        ASSERT_EQ(remote.get("world.s"), direct.get("world.s"));
+    };
+    for (int k = 0; k < 8; ++k) expect_the_same_step();
+    for (std::size_t at = 0; at + 8 <= memory.bytes; at += 8)
+        for (const std::uint64_t word : {random(), at % 16 == 0 ? ~std::uint64_t{0} : std::uint64_t{0}}) {
+            memory.write(at, word);
+            expect_the_same_step();
+            ASSERT_FALSE(testing::Test::HasFailure()) << "word at " << at << " was " << word;
+        }
+    for (int k = 0; k < 20; ++k) { // all of it at once, and while both read and write
+        for (std::size_t at = 0; at + 8 <= memory.bytes; at += 8) memory.write(at, random());
+        expect_the_same_step();
+        ASSERT_FALSE(testing::Test::HasFailure()) << k;
+    }
+    std::atomic<bool> goes_on{true};
+    std::thread other([&] {
+        for (; goes_on; usleep(200)) memory.write(random() % (memory.bytes / 8) * 8, random());
+    });
+    for (int k = 0; k < 50; ++k) expect_the_same_step();
+    goes_on = false;
+    other.join();
+    remote.simulation.stop();
+    while (served.host->gone() == 0) std::this_thread::yield();
+    Running next(diagram(icub + icub_at("words") + controller("Torque"), wires));
+    EXPECT_TRUE(next.step()) << next.simulation.failure();
+}
+
+TEST(SharedMemoryRobot, LivesOnWhereItsFileIsMadeShorterOrWrittenOver) {
+    Served served("short", diagram(icub + icub_world));
+    served.run();
+    const Overwritten memory("short");
+    const std::string noise(100, 'x');
+    for (int left = 0; left <= 100; left += left < 10 ? 1 : 45) {
+        Running remote(diagram(icub + icub_at("short") + controller("Torque"), wires));
+        for (const bool is_written : {false, true}) {
+            ASSERT_EQ(ftruncate(memory.file, left), 0);
+            if (is_written) {
+                ASSERT_EQ(pwrite(memory.file, noise.data(), static_cast<std::size_t>(left), 0), left);
+            }
+            for (int k = 0; k < 3; ++k) {
+                ASSERT_TRUE(remote.step()) << remote.simulation.failure();
+            }
+        }
+        std::this_thread::sleep_for(std::chrono::milliseconds(150)); // at rest, the server mends it
+    }
 }
 
 TEST(SharedMemoryRobot, IsTakenBackFromASilentController) {
@@ -365,15 +454,17 @@ TEST(SharedMemoryRobot, SaysThatItsServerSendsNothing) {
 }
 
 TEST(SharedMemoryRobot, DistrustsMemory) {
-    const std::string file = folder() + robot_name("bad");
     const std::string here = "robot '" + robot_name("bad") + "' in shared memory: ";
     const auto refused = [&](const std::string& bytes) {
         auto served = make_end(robot_name("bad"));
         served->start(one_joint());
-        const int descriptor = ::open(file.c_str(), O_RDWR);
-        EXPECT_EQ(pwrite(descriptor, bytes.data(), bytes.size(), bytes.size() == 4 ? 0 : 256),
-                  static_cast<ssize_t>(bytes.size()));
-        ::close(descriptor);
+        {
+            const Overwritten memory("bad");
+            if (bytes.size() == 4)
+                EXPECT_EQ(pwrite(memory.file, bytes.data(), 4, 0), 4);
+            else
+                std::memcpy(memory.memory + 256, bytes.data(), bytes.size());
+        }
         return refusal(diagram(icub_at("bad", ", start_timeout: 0.05, joints: \"{'a'}\"")));
     };
     expect_contains(
@@ -382,6 +473,19 @@ TEST(SharedMemoryRobot, DistrustsMemory) {
     expect_contains(refused("{\"version\""),
                     here + "what it says of itself cannot be read; start its server anew");
     expect_contains(refused("[[[[[[[[[[[[["), here + "what it says of itself cannot be read");
+    // Any number may stand where that of the memory should, also of memory that is another program's.
+    const int other = shmget(IPC_PRIVATE, 100'000, IPC_CREAT | 0600);
+    for (const std::int32_t memory : {-1, 0, other, INT32_MAX}) {
+        auto served = make_end(robot_name("bad"));
+        served->start(one_joint());
+        {
+            const Overwritten file("bad");
+            EXPECT_EQ(pwrite(file.file, &memory, sizeof memory, 4), 4);
+        }
+        expect_contains(refusal(diagram(icub_at("bad", ", start_timeout: 0.05, joints: \"{'a'}\""))),
+                        here + "its memory is ");
+    }
+    shmctl(other, IPC_RMID, nullptr);
 }
 
 TEST(SharedMemoryRobot, RefusesReferencesThatAreNotFinite) {

@@ -51,7 +51,8 @@ struct Bell {
                 const timespec time{0, static_cast<long>(left * 1e9)};
                 call(FUTEX_WAIT, static_cast<int>(seen), &time);
             }
-            sleepers.fetch_sub(1);
+            if (sleepers.load() != 0)
+                sleepers.fetch_sub(1); // 0 was written over it: one at least was counted
             if (is_there() || now() >= end) return;
         }
     }

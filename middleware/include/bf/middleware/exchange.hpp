@@ -27,7 +27,9 @@ struct Stamp {
 /// has a SequenceLock, by which no message is ever torn; `newest` is the greatest k that is complete.
 ///
 /// A writer that dies while it writes k + 1 leaves `newest` = k and the slot of k as they are; its successor
-/// writes k + 1 anew. A reader changes nothing. Every value is an atomic, so there are no data races either.
+/// writes k + 1 anew. A writer counts by itself, so that its next message is read whatever somebody else
+/// wrote over the memory. A reader changes nothing. Every value is an atomic, so there are no data races
+/// either.
 class Exchange {
   public:
     static constexpr int slots = 4;
@@ -40,15 +42,17 @@ class Exchange {
     Exchange(void* memory, int size)
         : header_(static_cast<Header*>(memory)),
           words_(reinterpret_cast<std::atomic<double>*>(static_cast<std::byte*>(memory) + sizeof(Header))),
-          stride_(stride(size)), size_(size) {}
+          stride_(stride(size)), size_(size), written_(newest()) {}
 
     int size() const noexcept { return size_; }
     /// The number of the newest message; 0: none was written yet.
     std::uint64_t newest() const noexcept { return header_->newest.load(std::memory_order_acquire); }
 
+    /// The number of the last message that was written here, or of the newest one before.
+    std::uint64_t written() const noexcept { return written_; }
     /// One thread alone.
     void write(const double* values, double time) noexcept {
-        const std::uint64_t k = header_->newest.load(std::memory_order_relaxed) + 1;
+        const std::uint64_t k = ++written_;
         SequenceLock& lock = header_->turn[k % slots].lock;
         std::atomic<double>* slot = words_ + (k % slots) * stride_;
         lock.begin(k);
@@ -99,6 +103,7 @@ class Exchange {
     std::atomic<double>* words_;
     std::size_t stride_;
     int size_;
+    std::uint64_t written_;
 };
 
 /// One with memory of its own, between threads of one program.

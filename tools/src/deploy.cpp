@@ -8,6 +8,7 @@
 #include "terminal.hpp"
 #include "verbs.hpp"
 
+#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <cstdio>
@@ -111,6 +112,34 @@ Program installed_program(const fs::path& prefix, const std::string& target,
     return program;
 }
 
+/// Names of the files with the keys of the diagram's connections over UDP.
+std::set<std::string> keys_of(const Diagram& diagram) {
+    std::set<std::string> names;
+    for (const auto& node : diagram.nodes) {
+        if (node.library != "Udp") continue;
+        for (const auto& argument : node.block->declaration().arguments) {
+            if (argument.name != "key") continue;
+            const auto given = std::find_if(node.arguments.begin(), node.arguments.end(),
+                                            [](const auto& a) { return a.first == "key"; });
+            names.insert(
+                fs::path((given == node.arguments.end() ? argument.initial : given->second).text).filename());
+        }
+    }
+    return names;
+}
+
+/// What the unit says of keys: its user, who exists only while it runs, can own none.
+std::string credentials(const std::set<std::string>& keys) {
+    if (keys.empty()) return "";
+    std::string text = "\n# Keys, which are root's: sudo install -D -m 600 -t /etc/credstore KEY\n";
+    for (const auto& key : keys) {
+        std::string name;
+        for (const char letter : key) name += letter == '%' ? "%%" : std::string(1, letter);
+        text += "LoadCredential=" + name + ":/etc/credstore/" + name + "\n";
+    }
+    return text;
+}
+
 /// `options` of the program that make it run until it is told to end. The unit grants what real time needs
 /// and takes the rest away: the model may come from somebody else, and its program talks to the network.
 std::string service(const std::string& name, const Diagram& diagram, const std::string& options) {
@@ -136,8 +165,9 @@ std::string service(const std::string& name, const Diagram& diagram, const std::
            " alone.\n"
            "DynamicUser=yes\nStateDirectory=" +
            name + "\nWorkingDirectory=%S/" + name + "\nRuntimeDirectory=" + name +
-           "\nUMask=0077\nProtectSystem=strict\nProtectHome=yes\nPrivateTmp=yes\n\n"
-           "# Real time.\n"
+           "\nUMask=0077\nProtectSystem=strict\nProtectHome=yes\nPrivateTmp=yes\n" +
+           credentials(keys_of(diagram)) +
+           "\n# Real time.\n"
            "LimitRTPRIO=98\nLimitMEMLOCK=infinity\n"
            "CapabilityBoundingSet=CAP_SYS_NICE CAP_IPC_LOCK\nAmbientCapabilities=CAP_SYS_NICE "
            "CAP_IPC_LOCK\n\n"

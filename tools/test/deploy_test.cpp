@@ -60,6 +60,35 @@ TEST_F(Deploy, TheUnitGrantsRealTimeAndLittleElse) {
     EXPECT_EQ(verify.err, "");
 }
 
+TEST_F(Deploy, TheUnitHandsKeysToAUserWhoOwnsNone) {
+    write("talks.yaml", "model: talks\nplugins: [Udp]\nstep: 0.01\nstop: 0.05\nblocks:\n"
+                        "  lab: {block: Udp/Streams, address: \"'0'\", key: \"'keys/lab.key'\"}\n"
+                        "  home: {block: Udp/Streams, address: \"'0'\"}\n");
+    ASSERT_EQ(bf("deploy talks.yaml -o talks").code, 0);
+    const auto unit = read("talks/talks.service");
+    EXPECT_CONTAINS(unit, "DynamicUser=yes\n");
+    EXPECT_CONTAINS(unit, "\nLoadCredential=lab.key:/etc/credstore/lab.key\n"
+                          "LoadCredential=streams.key:/etc/credstore/streams.key\n");
+    ASSERT_EQ(bf("deploy sine.yaml -o sine").code, 0);
+    EXPECT_EQ(read("sine/sine.service").find("LoadCredential"), std::string::npos);
+    if (shell("command -v systemd-analyze").code == 0) {
+        EXPECT_EQ(shell("sed 's|/opt/talks/run|/bin/true|' talks/talks.service > there.service; "
+                        "systemd-analyze verify ./there.service")
+                      .err,
+                  "");
+    }
+    // What systemd does: the keys stand in a folder that this user alone enters, and others seem to read
+    // them.
+    shell(
+        "mkdir given && echo 0123456789abcdef | tee given/lab.key > given/streams.key && chmod 440 given/*");
+    const auto run = shell("CREDENTIALS_DIRECTORY=$PWD/given talks/run --quiet --priority 0");
+    EXPECT_EQ(run.code, 0) << run.err;
+    EXPECT_FALSE(exists("talks/model/streams.key")) << "none is made";
+    const auto without = shell("mkdir none; CREDENTIALS_DIRECTORY=$PWD/none talks/run --quiet --priority 0");
+    EXPECT_EQ(without.code, 1) << "the package has no folder keys";
+    EXPECT_CONTAINS(without.err, "the key file ");
+}
+
 TEST_F(Deploy, ThePackageMakesNoSystemCallThatTheUnitForbids) {
     if (shell("command -v systemd-analyze strace && strace true").code != 0)
         GTEST_SKIP() << "scripts/deps test installs strace; Debian's package systemd has the other tool";

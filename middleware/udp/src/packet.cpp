@@ -5,6 +5,7 @@
 #include <bit>
 #include <boost/hash2/sha2.hpp>
 #include <cstring>
+#include <filesystem>
 #include <stdexcept>
 #include <sys/random.h>
 #include <unistd.h>
@@ -13,12 +14,14 @@ namespace bf::udp {
 
 static_assert(std::endian::native == std::endian::little, "numbers are sent as they lie in memory");
 
-Key::Key(const std::string& file, bool may_make) {
+Key::Key(const std::string& named, bool may_make) {
     const std::string copy = "copy that of the other side";
+    const std::string given = realtime::credential(std::filesystem::path(named).filename());
+    const std::string& file = given.empty() ? named : given;
     if (!may_make && access(file.c_str(), F_OK) != 0)
         throw std::runtime_error("there is no key file " + file + "; " + copy);
     const auto remedy = may_make ? "remove the file, and one is made" : copy;
-    if (const auto wrong = realtime::read_token(file, token_, "key", remedy); !wrong.empty())
+    if (const auto wrong = realtime::read_token(file, token_, "key", remedy, !given.empty()); !wrong.empty())
         throw std::runtime_error(wrong);
 }
 

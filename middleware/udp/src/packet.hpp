@@ -54,7 +54,8 @@ class Arrivals {
 class Key {
   public:
     /// The token of a file of one line that its owner alone may read, made where there is none if it
-    /// `may_make` it. Throws std::runtime_error that says what is wrong.
+    /// `may_make` it. Where the service manager has given a secret of the file's name, that one counts
+    /// (realtime::credential). Throws std::runtime_error that says what is wrong.
     Key(const std::string& file, bool may_make);
 
     static constexpr std::size_t head_bytes = 32, code_bytes = 16;

@@ -81,6 +81,41 @@ TEST(Packet, CarriesACodeThatTakesTheKey) {
     }
 }
 
+/// A service of systemd runs as a user who owns no file, and finds its key where LoadCredential= has put it.
+TEST(Key, IsTheOneThatTheServiceManagerGives) {
+    const auto folder =
+        std::filesystem::temp_directory_path() / ("bf_credentials_" + std::to_string(getpid()));
+    std::filesystem::create_directory(folder);
+    const std::string there = folder / "given", named = folder / "package/given";
+    std::filesystem::copy_file(key_file(), there);
+    chmod(there.c_str(), 0440); // what systemd's access control list shows as the group's
+    const auto is_good = [&](bool may_make) {
+        std::vector<std::byte> datagram;
+        Key(named, may_make).seal({Kind::here, 5, 6, 7}, {}, datagram);
+        Head head;
+        Key(key_file(), false).open(datagram, head);
+        return head.kind == Kind::here;
+    };
+    setenv("CREDENTIALS_DIRECTORY", folder.c_str(), 1);
+    EXPECT_TRUE(is_good(false));
+    EXPECT_TRUE(is_good(true)) << "and none is made";
+    std::ofstream(there, std::ios::app) << "!";
+    try {
+        is_good(false);
+        ADD_FAILURE() << "a key of two lines";
+    } catch (const std::runtime_error& error) {
+        expect_contains(error.what(), "the key file " + there + " needs one line of 16 to 255 letters");
+    }
+    unsetenv("CREDENTIALS_DIRECTORY");
+    try {
+        is_good(false);
+        ADD_FAILURE() << "no key";
+    } catch (const std::runtime_error& error) {
+        expect_contains(error.what(), "there is no key file " + named);
+    }
+    std::filesystem::remove_all(folder);
+}
+
 /// The oracle keeps all numbers that have come.
 TEST(Arrivals, CountWhatIsLostLateAndDoubled) {
     std::mt19937 random(3);

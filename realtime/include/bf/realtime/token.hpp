@@ -5,6 +5,7 @@
 
 #include <cerrno>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <fcntl.h>
 #include <string>
@@ -37,10 +38,21 @@ inline bool is_token(std::string_view given, std::string_view token) noexcept {
     return difference == 0;
 }
 
+/// Where the service manager that started this program has put the secret of that name, for this program
+/// alone (systemd.exec(5), LoadCredential=); empty: there is none.
+inline std::string credential(const std::string& name) {
+    const char* folder = std::getenv("CREDENTIALS_DIRECTORY");
+    if (folder == nullptr || *folder == '\0' || name.empty()) return "";
+    const std::string file = std::string(folder) + "/" + name;
+    return ::access(file.c_str(), F_OK) == 0 ? file : "";
+}
+
 /// Reads the token in a file of one line; makes the file, with a random token and for its owner alone, where
-/// there is none. Empty, or what is wrong, with `what` it is and how one that is not fit is replaced.
+/// there is none. A file that `is_credential` others cannot reach, whatever its mode says. Empty, or what is
+/// wrong, with `what` it is and how one that is not fit is replaced.
 inline std::string read_token(const std::string& file, std::string& token, const std::string& what = "token",
-                              const std::string& remedy = "remove the file, and one is made") {
+                              const std::string& remedy = "remove the file, and one is made",
+                              bool is_credential = false) {
     const auto wrong = [&](const std::string& text) { return "the " + what + " file " + file + " " + text; };
     const int made = ::open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
     if (made >= 0) {
@@ -63,7 +75,7 @@ inline std::string read_token(const std::string& file, std::string& token, const
     const ssize_t count = is_there ? ::read(read, bytes, sizeof bytes) : -1;
     if (read >= 0) ::close(read);
     if (count < 0) return wrong("cannot be read; check its name and rights");
-    if (status.st_mode & (S_IRWXG | S_IRWXO))
+    if (!is_credential && (status.st_mode & (S_IRWXG | S_IRWXO)))
         return wrong("is open to others than its owner; say chmod 600 " + file);
     token.assign(bytes, static_cast<std::size_t>(count));
     while (!token.empty() && (token.back() == '\n' || token.back() == '\r')) token.pop_back();

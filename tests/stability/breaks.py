@@ -17,7 +17,7 @@ CHANGES = [
     ("run/include/bf/run/run_c.h", "const char* name; /* of the model */", "int kind; const char* name;", {"run_c"}),
     ("formats/yaml/model.schema.json", '"required": ["model"]', '"required": ["model", "stop"]', {"model"}),
     ("python/blockfactory/_simulation.py", "def run(self, duration", "def run(self, seconds", {"python"}),
-    ("middleware/udp/src/packet.hpp", "hello = 1, welcome, busy", "hello = 1, busy, welcome", {"udp"}),
+    ("middleware/udp/src/packet.hpp", "    welcome,\n    busy,", "    busy,\n    welcome,", {"udp"}),
     ("middleware/shared_memory/src/robot_file.hpp", "std::uint32_t text_bytes;", "std::uint64_t text_bytes;", {"shared_memory"}),
 ]
 

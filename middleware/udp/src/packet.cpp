@@ -61,12 +61,19 @@ std::span<const std::byte> Key::open(std::span<const std::byte> datagram, Head& 
     for (std::size_t i = 0; i < code_bytes; ++i) difference |= its[i] ^ datagram[signed_part.size() + i];
     if (difference != std::byte{}) return {};
     std::memcpy(&kind, datagram.data() + 4, 4);
-    if (kind == 0 || kind > static_cast<std::uint32_t>(Kind::message)) return {};
+    if (kind == 0 || kind > static_cast<std::uint32_t>(Kind::news)) return {};
     head.kind = static_cast<Kind>(kind);
     std::memcpy(&head.session, datagram.data() + 8, 8);
     std::memcpy(&head.sequence, datagram.data() + 16, 8);
     std::memcpy(&head.number, datagram.data() + 24, 8);
     return signed_part.subspan(head_bytes);
+}
+
+std::uint64_t Key::number_of(std::span<const std::byte> bytes) const {
+    std::uint64_t number = 0;
+    const auto its = code(bytes);
+    std::memcpy(&number, its.data(), sizeof number);
+    return number | 1;
 }
 
 bool Key::is_of_other_version(std::span<const std::byte> datagram) {

@@ -14,7 +14,19 @@
 
 namespace bf::udp {
 
-enum class Kind : std::uint8_t { hello = 1, welcome, busy, state, gains, command, settings, here, message };
+/// The last two are those of streams.
+enum class Kind : std::uint8_t {
+    hello = 1,
+    welcome,
+    busy,
+    state,
+    gains,
+    command,
+    settings,
+    here,
+    peer = 10,
+    news
+};
 
 /// What stands before the content of a datagram. Numbers are in the order of the processors that we run on,
 /// lowest byte first.
@@ -68,6 +80,9 @@ class Key {
     /// The content of one, and its head. Empty and a head of kind 0 where the code is wrong, or it is another
     /// protocol.
     std::span<const std::byte> open(std::span<const std::byte> datagram, Head& head) const;
+    /// A number that follows from those bytes, which are fewer than a head's, and that nobody without the key
+    /// can compute.
+    std::uint64_t number_of(std::span<const std::byte> bytes) const;
     /// Is it of this protocol in another version? It may be anybody's.
     static bool is_of_other_version(std::span<const std::byte> datagram);
 

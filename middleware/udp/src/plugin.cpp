@@ -91,12 +91,14 @@ extern "C" void bf_plugin_v1(bf::Library& library) {
                  "is not encrypted. Ages are counted from when a state came. "
                  "Errors: those of SharedMemory/Robot; another key; a server that is silent for a second.");
     library.group("streams").add<bf::udp::StreamsBlock>(
-        "Streams", "Streams among programs on one or several computers, over UDP, for StreamRead and "
-                   "StreamWrite in its subsystem "
-                   "and below. Every message goes to every peer, once: what is lost is counted, what "
-                   "comes after a newer "
-                   "one is left out. Whoever has the key may send; datagrams carry codes as those of Robot "
-                   "do. Its time is that of "
-                   "the system, s since 1970. A stream has up to 7375 elements, and one reader in a program. "
-                   "Errors: an address that others use, a key file that others may read.");
+        "Streams",
+        "Streams among programs on one or several computers, over UDP, for StreamRead and "
+        "StreamWrite in its subsystem "
+        "and below. Every message goes to every peer, once: what is lost is counted, what "
+        "comes after a newer "
+        "one is left out. A stream has one writer, until it has ended or was not heard for a second. "
+        "Whoever has the key may send; datagrams carry codes as those of Robot "
+        "do, and what was recorded and is sent again moves nothing. Its time is that of "
+        "the system, s since 1970. A stream has up to 7375 elements, and one reader in a program. "
+        "Errors: an address that others use, a key file that others may read.");
 }

@@ -67,6 +67,7 @@ struct Faults {
     double loss = 0;                        ///< probability
     double least_delay = 0, most_delay = 0; ///< s; datagrams overtake each other
     double doubling = 0;                    ///< probability
+    bool repeats_first = false;             ///< the first one to the server, behind each that comes
 };
 
 /// Leads datagrams of one client at `port()` to `server` and back.
@@ -86,6 +87,8 @@ class BadWay {
         const std::lock_guard lock(mutex_);
         return to_server_;
     }
+    /// Whoever has recorded a datagram to the server sends it again, from where it came.
+    void send_again(const std::string& datagram) const { send_to(far_, server_, datagram); }
     std::atomic<bool> is_cut{false};
     std::atomic<int> lost{0};
     /// What became of those to the client.
@@ -118,6 +121,8 @@ class BadWay {
                     const std::lock_guard lock(mutex_);
                     to_server_.emplace_back(bytes, static_cast<std::size_t>(count));
                 }
+                if (const auto all = to_server(); faults_.repeats_first && !all.empty())
+                    send_again(all.front());
                 sent_back += side;
                 if (is_cut || uniform(random) < faults_.loss) {
                     ++lost;

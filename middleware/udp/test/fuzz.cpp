@@ -69,7 +69,7 @@ class Stranger {
             right[chance(right.size())] = static_cast<std::byte>(random_());
         if (chance(3) == 0) right.resize(chance(right.size() + 100));
         if (chance(50) == 0) right.resize(Key::most_bytes);
-        const Head head{static_cast<Kind>(1 + chance(9)), chance(8) ? session : random_(),
+        const Head head{static_cast<Kind>(1 + chance(12)), chance(8) ? session : random_(),
                         chance(4) ? ++sequence_ : random_(), chance(4) ? ++number_ : random_()};
         key_.seal(head, right, datagram_);
         if (way == 1) datagram_[chance(datagram_.size())] ^= static_cast<std::byte>(1 + chance(255));
@@ -190,8 +190,17 @@ void try_streams(const std::string& key, std::uint64_t seed) {
     const auto writer = streams.open_writer("/other", 2);
     Stranger stranger(key, seed);
     Head head;
-    stranger.say(port, {Kind::here, 0, 0, 99}, {});
-    check(stranger.hear(Kind::here, head), "streams do not answer");
+    const auto agree = [&](std::uint64_t number) {
+        const std::uint64_t agreed = head.number;
+        for (int tries = 0; tries < 100; ++tries) {
+            stranger.say(port, {Kind::peer, agreed, 1, number}, {});
+            if (!stranger.hear(Kind::peer, head, 50) || head.session != number) continue;
+            stranger.say(port, {Kind::peer, head.number, 2, number}, {});
+            return true;
+        }
+        return false;
+    };
+    check(agree(99), "streams do not answer");
     Bytes message;
     const auto put = [&](const auto& value) {
         const auto* from = reinterpret_cast<const std::byte*>(&value);
@@ -199,7 +208,6 @@ void try_streams(const std::string& key, std::uint64_t seed) {
     };
     put(std::uint16_t{7});
     for (const char letter : {'/', 's', 't', 'r', 'e', 'a', 'm'}) put(letter);
-    put(std::uint64_t{4711});
     for (const double value : {0.5, 1.0, 2.0, 3.0}) put(value);
     Eigen::VectorXd values(3);
     toolbox::Stamp stamp;
@@ -208,11 +216,11 @@ void try_streams(const std::string& key, std::uint64_t seed) {
         reader->take(values, stamp);
         writer->write(Eigen::Vector2d(k, 1));
     }
-    // And who says something right is heard: another writer, whom nobody has been before.
-    for (std::size_t i = 9; i < 17; ++i) message[i] = std::byte{0xab};
+    // And who begins anew and says something right is heard.
+    check(agree(100), "streams do not answer after what was said");
     bool is_heard = false;
     for (std::uint64_t k = 1; k < 3000 && !is_heard; ++k, usleep(1000)) {
-        stranger.say(port, {Kind::message, head.number, k, 0}, message);
+        stranger.say(port, {Kind::news, head.number, k + 2, k}, message);
         is_heard = reader->take(values, stamp) == toolbox::Taken::message &&
                    values == Eigen::Vector3d(1, 2, 3) && stamp.time == 0.5;
     }

@@ -3,6 +3,7 @@
 #include "cycles.hpp"
 #include "running.hpp"
 
+#include <cmath>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -35,6 +36,16 @@ bool comes(Running& reader, double wanted) {
         usleep(1000);
     }
     return false;
+}
+bool send(Running& writer, double k) {
+    writer.set("u", Matrix::Constant(1, 1, k));
+    return writer.step();
+}
+/// Whoever has just begun is told what he hears until he does.
+void meet(Running& writer, Running& reader) {
+    for (int k = 0; k < 5000 && reader.step() && reader.get("x.y")(0) != -1; ++k, usleep(1000))
+        ASSERT_TRUE(send(writer, -1));
+    ASSERT_EQ(reader.get("x.y")(0), -1);
 }
 
 } // namespace
@@ -100,6 +111,85 @@ TEST(UdpStreams, CountWhatIsLostAndLate) {
         ASSERT_EQ(reader.get("x.y")(0), 1000);
     }
     EXPECT_GE(reader.scalar("network.rejected"), before + 100);
+}
+
+TEST(UdpStreams, AreNotStarvedByTheirFirstDatagramSentAgainAndAgain) {
+    const int a = free_port(), b = free_port();
+    Running reader(reading(a, "", ""));
+    BadWay way(a, {.repeats_first = true});
+    Running writer(sending(b, peer(way.port()), 1));
+    meet(writer, reader);
+    for (int k = 1; k <= 100; ++k) ASSERT_TRUE(send(writer, k) && comes(reader, k)) << k;
+    EXPECT_EQ(reader.scalar("network.lost"), 0);
+    const int before = way.sent_back;
+    usleep(300'000);
+    EXPECT_LT(way.sent_back, before + 300) << "each answer has it sent again, and is answered seldom";
+}
+
+TEST(UdpStreams, GoToWhoListensNowWhateverWasRecordedOfWhoDidBefore) {
+    const int a = free_port();
+    Running writer(sending(a, "", 1));
+    BadWay way(a, {});
+    const auto listening = [&] { return reading(free_port(), peer(way.port()), ""); };
+    {
+        Running before(listening());
+        meet(writer, before);
+        for (int k = 1; k <= 20; ++k) ASSERT_TRUE(send(writer, k) && comes(before, k)) << k;
+    }
+    const auto recorded = way.to_server();
+    ASSERT_GE(recorded.size(), 2u);
+    Running reader(listening());
+    meet(writer, reader);
+    for (int k = 21; k <= 60; ++k) {
+        ASSERT_TRUE(send(writer, k) && comes(reader, k)) << k;
+        for (const auto& datagram : recorded) way.send_again(datagram);
+    }
+    EXPECT_EQ(reader.scalar("network.lost"), 0);
+}
+
+/// A datagram that was kept back and comes when another program writes the stream.
+TEST(UdpStreams, AreNotTakenOverByAMessageThatWasKeptBack) {
+    const int a = free_port();
+    Running reader(reading(a, "", ""));
+    BadWay way(a, {});
+    std::vector<std::string> kept;
+    {
+        Running before(sending(free_port(), peer(way.port()), 1, ", autoconnect: true"));
+        way.is_cut = true;
+        const auto begin = way.to_server().size();
+        for (int k = 1; k <= 5; ++k) {
+            ASSERT_TRUE(send(before, -k));
+            usleep(20'000);
+        }
+        const auto all = way.to_server();
+        kept.assign(all.begin() + static_cast<std::ptrdiff_t>(begin), all.end());
+        ASSERT_GE(kept.size(), 5u);
+    }
+    Running writer(sending(free_port(), peer(a), 1, ", autoconnect: true"));
+    for (int k = 1; k <= 50; ++k) {
+        ASSERT_TRUE(send(writer, k) && comes(reader, k)) << k << ": " << reader.get("x.y")(0);
+        for (const auto& datagram : kept) way.send_again(datagram);
+        usleep(2000);
+        ASSERT_TRUE(reader.step());
+        ASSERT_EQ(reader.get("x.y")(0), k);
+    }
+    EXPECT_GT(reader.scalar("network.rejected"), 0);
+}
+
+TEST(UdpStreams, SayWhoSentWhatIsNotFinite) {
+    const int a = free_port(), b = free_port();
+    Running reader(reading(a, "", ", wait_for_data: true, timeout: 0.05"));
+    EXPECT_FALSE(reader.step());
+    EXPECT_EQ(reader.simulation.failure(), "x: stream '/stream' (UDP): no message came within the timeout of "
+                                           "0.05 s; look whether its sender runs, or raise timeout");
+    Running wrong(reading(free_port(), peer(b), ", wait_for_data: true, timeout: 20"));
+    Running writer(sending(b, "", 1, ", autoconnect: true"));
+    writer.set("u", Matrix::Constant(1, 1, std::nan("")));
+    ASSERT_TRUE(writer.step());
+    EXPECT_FALSE(wrong.step());
+    EXPECT_EQ(wrong.simulation.failure(),
+              "x: stream '/stream' (UDP from 127.0.0.1:" + std::to_string(b) +
+                  "): message 1 brings nan as element 1 of 1; look at what its sender computes");
 }
 
 TEST(UdpStreams, RefuseWhatDoesNotFit) {

@@ -72,7 +72,7 @@ void RobotHost::start(double period) {
     loops_ = before_ = Loops(n);
     end_.start(d);
     show_gains();
-    if (!options_.waits) take_joints(); // its time goes on before a controller comes
+    if (!options_.waits) take_joints(OnLoss::hold); // its time goes on before a controller comes
 }
 
 void RobotHost::step(double time) noexcept {
@@ -251,7 +251,7 @@ void RobotHost::let_go(Event why) noexcept {
         if (description_.has_motor_parameters) robot_.write_motor_parameters(before_.motors);
         show_gains();
     }
-    if (modes_set_ != 0) take_joints(); // which nobody else has commanded
+    if (modes_set_ != 0) take_joints(options_.on_loss); // which nobody else has commanded
     modes_set_ = references_ = 0;
     last_session_ = std::exchange(session_, 0);
     state_[RobotLayout::owner] = 0;
@@ -259,13 +259,13 @@ void RobotHost::let_go(Event why) noexcept {
     tell(why);
 }
 
-void RobotHost::take_joints() noexcept {
+void RobotHost::take_joints(OnLoss how) noexcept {
     const auto go_to = [&](ControlMode mode) {
         if (!(description_.modes >> static_cast<int>(mode) & 1) || !robot_.set_mode(mode)) return false;
         state_[RobotLayout::mode] = static_cast<int>(mode);
         return true;
     };
-    if (options_.on_loss == OnLoss::limp) {
+    if (how == OnLoss::limp) {
         go_to(ControlMode::torque);
     } else if (!go_to(ControlMode::position) && go_to(ControlMode::position_direct) &&
                robot_.read(Measurement::joint_position, values_)) {

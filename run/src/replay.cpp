@@ -54,6 +54,11 @@ ModelSource recorded_source(const recording::Recording& recording) {
 }
 
 Replay::Replay(Run& run, const recording::Recording& recording) : run_(run), recording_(recording) {
+    if (const auto served = recording.metadata.find("served"); served != recording.metadata.end())
+        throw RunError(
+            "the recording is of a robot that was served (" + text_of(served->second, "to") +
+            "), and what its controllers commanded is not in it, so it cannot run again; replay the "
+            "recording of a controller, which has what the robot measured");
     std::vector<Quantity> all = run.outside();
     std::set<const std::byte*> given;
     for (const auto& signal : all) given.insert(signal.data);

@@ -126,6 +126,8 @@ void execute(const ServeOptions& options) {
     if (!options.record.empty()) {
         recorder.emplace(simulation, simulation.recorded(), options.record, loaded.source,
                          recording::WriterOptions{.drop_when_full = options.realtime.is_asked});
+        recorder->served(options.way->option.name + std::string(" ") +
+                         options.of_way.at(options.way->option.name + 2).back());
         if (!options.realtime.is_asked) simulation.add_observer(*recorder);
     }
     std::unique_ptr<ModelParameters> parameters;
@@ -207,7 +209,7 @@ void add_serve(CLI::App& app) {
     command
         ->add_option("--on-loss", options->on_loss,
                      "what joints do when their controller is gone: hold their positions, or go limp (hold "
-                     "by default)")
+                     "by default); before the first one comes they hold")
         ->check(CLI::IsMember({"hold", "limp"}).description(""))
         ->type_name("WHAT");
     command

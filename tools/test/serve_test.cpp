@@ -46,6 +46,12 @@ TEST_F(Serve, LetsOneDiagramDriveTheRobotOfAnother) {
     const auto replayed = bf("replay run.mcap");
     EXPECT_EQ(replayed.code, 0) << replayed.err << "a measurement is an output of a device";
     EXPECT_NE(replayed.out.find("identical"), std::string::npos) << replayed.out;
+    const auto of_server = bf("replay world.mcap");
+    EXPECT_EQ(of_server.code, 1);
+    EXPECT_NE(of_server.err.find("the recording is of a robot that was served (--shm " + name +
+                                 "), and what its controllers commanded is not in it"),
+              std::string::npos)
+        << of_server.err;
     EXPECT_NE(both.err.find("  serves the robot '" + name + "' in shared memory\n"), std::string::npos)
         << both.err;
     EXPECT_NE(both.err.find("a controller has come\n"), std::string::npos) << both.err;

@@ -316,6 +316,25 @@ TEST(SharedMemoryRobot, IsTakenBackFromASilentController) {
     EXPECT_EQ(served.events(), "") << "the old controller is not heard any more";
 }
 
+TEST(SharedMemoryRobot, HoldsItsJointsUntilAControllerWasLostAndIsLimpThenWhereThatIsAsked) {
+    HostOptions options;
+    options.waits = false;
+    options.watchdog = 0;
+    options.on_loss = middleware::OnLoss::limp;
+    Served served("limp", diagram(icub + icub_world), options);
+    const auto is_in = [&](toolbox::ControlMode mode) { return served.robot->joint_in_other_mode(mode) < 0; };
+    ASSERT_TRUE(served.step());
+    EXPECT_TRUE(is_in(toolbox::ControlMode::position)) << "nobody has come";
+    {
+        Running remote(diagram(icub + icub_at("limp", ", clock: own") + controller("Velocity"), wires));
+        ASSERT_TRUE(remote.step()) << remote.simulation.failure();
+        ASSERT_TRUE(served.step());
+        EXPECT_TRUE(is_in(toolbox::ControlMode::velocity));
+    }
+    ASSERT_TRUE(served.step());
+    EXPECT_TRUE(is_in(toolbox::ControlMode::torque)) << "the controller has left";
+}
+
 /// A controller that is killed leaves no word.
 TEST(SharedMemoryRobot, HoldsItsJointsWhenTheControllerIsKilled) {
     for (const bool waits : {true, false}) {

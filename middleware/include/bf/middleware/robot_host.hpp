@@ -46,7 +46,7 @@ class RobotEnd {
     virtual const std::string& name() const noexcept = 0;
 };
 
-/// What the joints do without a controller, before one comes and when it is gone.
+/// What the joints do when their controller is gone. Before the first one comes they stay where they are.
 enum class OnLoss {
     hold, ///< stay where they are, in the mode position, or position direct
     limp, ///< torques of zero
@@ -97,7 +97,7 @@ class RobotHost {
     void obey_settings() noexcept;
     void refuse(Refusal what) noexcept;
     void let_go(Event why) noexcept;
-    void take_joints() noexcept;
+    void take_joints(OnLoss how) noexcept;
     void tell(Event event) noexcept;
 
     struct Loops {

@@ -42,6 +42,7 @@ std::vector<Quantity> to_record(const Run& run, const std::vector<Quantity>& sig
 ///                                      by column;  who: asked for it, where that is known
 ///     metadata "control 0"             time: of the model [s];  clock: s since 1970;  who;  what: "start",
 ///     ... metadata "plots"                 the panels that the model asks for
+///     metadata "served"                to: whom the run let command its robots, which is not recorded
 ///     metadata "edit 0"                step: before which it acts;  who;  what
 ///     attachment "edit 0/model"        text of the edited model, whose other files are "edit 0/model/PATH"
 class Recorder final : public Run::Observer {
@@ -58,6 +59,8 @@ class Recorder final : public Run::Observer {
     /// Notes a parameter that was set before a step. Any thread may, one at a time, while another one steps.
     void parameter_changed(std::int64_t step, const std::string& path, const std::vector<double>& values,
                            const std::string& who = "");
+    /// Notes that other programs command the run's robots, which makes it one that cannot be done again.
+    void served(const std::string& to) { writer_.add_metadata("served", {{"to", to}}); }
     /// Notes that somebody started or stopped the run, likewise.
     void controlled(double time, double clock, const std::string& who, const std::string& what);
 

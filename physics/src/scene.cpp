@@ -332,6 +332,10 @@ int Scene::joint_count(int robot) const { return impl_->robot(robot).n(); }
 const std::vector<std::string>& Scene::joint_names(int robot) const {
     return impl_->options.robots[static_cast<size_t>(robot)].options.joints;
 }
+bool Scene::is_prismatic(int robot, int joint) const {
+    const mjModel* m = impl_->model.get();
+    return m->jnt_type[m->dof_jntid[impl_->robot(robot).velocity[static_cast<size_t>(joint)]]] == mjJNT_SLIDE;
+}
 const Eigen::VectorXd& Scene::lower_limits(int robot) const { return impl_->robot(robot).lower_limits; }
 const Eigen::VectorXd& Scene::upper_limits(int robot) const { return impl_->robot(robot).upper_limits; }
 const Eigen::VectorXd& Scene::effort_limits(int robot) const { return impl_->robot(robot).effort_limits; }

@@ -563,13 +563,10 @@ class Board final : public toolbox::RobotConnection {
         if (!all()) return false;
         Eigen::Map<VectorXd> values(to, n_);
         switch (what) {
-        case Measurement::joint_position:
-        case Measurement::joint_velocity:
-        case Measurement::joint_acceleration: values.array() *= units_.array(); break;
-        case Measurement::motor_position:
-        case Measurement::motor_velocity:
-        case Measurement::motor_acceleration: values *= radians; break;
-        default: break;
+        case Measurement::joint_torque:
+        case Measurement::motor_current:
+        case Measurement::motor_pwm: break;
+        default: values.array() *= units_.array();
         }
         return true;
     }

@@ -1,6 +1,7 @@
 #include "panel.hpp"
 
 #include "bf/middleware/clock.hpp"
+#include "units.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -33,9 +34,8 @@ int control_mode_of(int vocab) {
 
 namespace {
 
-constexpr double degrees = 180 / M_PI; ///< YARP's angles
-constexpr double default_speed = 10 / degrees;
-constexpr double unlimited = 1e6; ///< rad/s2
+constexpr double default_speed = 10 / degrees; ///< rad/s or m/s
+constexpr double unlimited = 1e6;              ///< rad/s2 or m/s2
 
 class Device final : public Panel,
                      public dev::DeviceDriver,
@@ -79,49 +79,39 @@ class Device final : public Panel,
 
     // ---- measurements
     bool getAxes(int* n) override { return *n = size(), true; }
-    bool getEncoder(int j, double* v) override { return one(Measurement::joint_position, degrees, j, v); }
-    bool getEncoders(double* v) override { return all(Measurement::joint_position, degrees, v); }
-    bool getEncoderSpeed(int j, double* v) override {
-        return one(Measurement::joint_velocity, degrees, j, v);
-    }
-    bool getEncoderSpeeds(double* v) override { return all(Measurement::joint_velocity, degrees, v); }
+    bool getEncoder(int j, double* v) override { return one(Measurement::joint_position, j, v); }
+    bool getEncoders(double* v) override { return all(Measurement::joint_position, v); }
+    bool getEncoderSpeed(int j, double* v) override { return one(Measurement::joint_velocity, j, v); }
+    bool getEncoderSpeeds(double* v) override { return all(Measurement::joint_velocity, v); }
     bool getEncoderAcceleration(int j, double* v) override {
-        return one(Measurement::joint_acceleration, degrees, j, v);
+        return one(Measurement::joint_acceleration, j, v);
     }
-    bool getEncoderAccelerations(double* v) override {
-        return all(Measurement::joint_acceleration, degrees, v);
-    }
+    bool getEncoderAccelerations(double* v) override { return all(Measurement::joint_acceleration, v); }
     bool getEncodersTimed(double* v, double* t) override { return timed(Measurement::joint_position, v, t); }
     bool getEncoderTimed(int j, double* v, double* t) override {
         return timed(Measurement::joint_position, j, v, t);
     }
     bool getNumberOfMotorEncoders(int* n) override { return getAxes(n); }
-    bool getMotorEncoder(int j, double* v) override {
-        return one(Measurement::motor_position, degrees, j, v);
-    }
-    bool getMotorEncoders(double* v) override { return all(Measurement::motor_position, degrees, v); }
+    bool getMotorEncoder(int j, double* v) override { return one(Measurement::motor_position, j, v); }
+    bool getMotorEncoders(double* v) override { return all(Measurement::motor_position, v); }
     bool getMotorEncodersTimed(double* v, double* t) override {
         return timed(Measurement::motor_position, v, t);
     }
     bool getMotorEncoderTimed(int j, double* v, double* t) override {
         return timed(Measurement::motor_position, j, v, t);
     }
-    bool getMotorEncoderSpeed(int j, double* v) override {
-        return one(Measurement::motor_velocity, degrees, j, v);
-    }
-    bool getMotorEncoderSpeeds(double* v) override { return all(Measurement::motor_velocity, degrees, v); }
+    bool getMotorEncoderSpeed(int j, double* v) override { return one(Measurement::motor_velocity, j, v); }
+    bool getMotorEncoderSpeeds(double* v) override { return all(Measurement::motor_velocity, v); }
     bool getMotorEncoderAcceleration(int j, double* v) override {
-        return one(Measurement::motor_acceleration, degrees, j, v);
+        return one(Measurement::motor_acceleration, j, v);
     }
-    bool getMotorEncoderAccelerations(double* v) override {
-        return all(Measurement::motor_acceleration, degrees, v);
-    }
-    bool getTorque(int j, double* v) override { return one(Measurement::joint_torque, 1, j, v); }
-    bool getTorques(double* v) override { return all(Measurement::joint_torque, 1, v); }
-    bool getDutyCycle(int j, double* v) override { return one(Measurement::motor_pwm, 1, j, v); }
-    bool getDutyCycles(double* v) override { return all(Measurement::motor_pwm, 1, v); }
-    bool getCurrent(int j, double* v) override { return one(Measurement::motor_current, 1, j, v); }
-    bool getCurrents(double* v) override { return all(Measurement::motor_current, 1, v); }
+    bool getMotorEncoderAccelerations(double* v) override { return all(Measurement::motor_acceleration, v); }
+    bool getTorque(int j, double* v) override { return one(Measurement::joint_torque, j, v); }
+    bool getTorques(double* v) override { return all(Measurement::joint_torque, v); }
+    bool getDutyCycle(int j, double* v) override { return one(Measurement::motor_pwm, j, v); }
+    bool getDutyCycles(double* v) override { return all(Measurement::motor_pwm, v); }
+    bool getCurrent(int j, double* v) override { return one(Measurement::motor_current, j, v); }
+    bool getCurrents(double* v) override { return all(Measurement::motor_current, v); }
     ::yarp::os::Stamp getLastInputStamp() override {
         std::vector<double> shown;
         return look(shown) ? ::yarp::os::Stamp(0, shown[0]) : ::yarp::os::Stamp();
@@ -145,7 +135,9 @@ class Device final : public Panel,
     // ---- what the joints are
     bool getAxisName(int j, std::string& name) override { return has(j) && (name = names_[at(j)], true); }
     bool getJointType(int j, dev::JointTypeEnum& type) override {
-        return has(j) && (type = dev::VOCAB_JOINTTYPE_REVOLUTE, true);
+        if (!has(j)) return false;
+        type = is_prismatic(j) ? dev::VOCAB_JOINTTYPE_PRISMATIC : dev::VOCAB_JOINTTYPE_REVOLUTE;
+        return true;
     }
     bool getLimits(int j, double* low, double* high) override {
         return limits(j, shared_.position_min, shared_.position_max, low, high);
@@ -194,10 +186,10 @@ class Device final : public Panel,
     }
 
     // ---- references
-    bool positionMove(int j, double v) override { return set(Wish::position, degrees, 1, &j, &v); }
-    bool positionMove(const double* v) override { return set(Wish::position, degrees, size(), nullptr, v); }
+    bool positionMove(int j, double v) override { return set(Wish::position, 1, &j, &v); }
+    bool positionMove(const double* v) override { return set(Wish::position, size(), nullptr, v); }
     bool positionMove(const int n, const int* joints, const double* v) override {
-        return set(Wish::position, degrees, n, joints, v);
+        return set(Wish::position, n, joints, v);
     }
     bool relativeMove(int j, double v) override { return move(1, &j, &v); }
     bool relativeMove(const double* v) override { return move(size(), nullptr, v); }
@@ -205,9 +197,9 @@ class Device final : public Panel,
     bool checkMotionDone(int j, bool* is_done) override {
         std::vector<double> shown;
         double target = 0;
-        if (!look(shown) || !get(Wish::position, degrees, 1, &j, &target)) return false;
+        if (!look(shown) || !get(Wish::position, 1, &j, &target)) return false;
         const double led = shown[static_cast<std::size_t>(shared_.at.led() + numbers_[at(j)])];
-        *is_done = std::abs(led * degrees - target) < 1e-9;
+        *is_done = std::abs(led * unit(Wish::position, j) - target) < 1e-9;
         return true;
     }
     bool checkMotionDone(bool* are_done) override {
@@ -228,77 +220,73 @@ class Device final : public Panel,
             return is_good;
         });
     }
-    bool setRefSpeed(int j, double v) override { return set(Wish::speed, degrees, 1, &j, &v); }
-    bool setRefSpeeds(const double* v) override { return set(Wish::speed, degrees, size(), nullptr, v); }
+    bool setRefSpeed(int j, double v) override { return set(Wish::speed, 1, &j, &v); }
+    bool setRefSpeeds(const double* v) override { return set(Wish::speed, size(), nullptr, v); }
     bool setRefSpeeds(const int n, const int* joints, const double* v) override {
-        return set(Wish::speed, degrees, n, joints, v);
+        return set(Wish::speed, n, joints, v);
     }
-    bool getRefSpeed(int j, double* v) override { return get(Wish::speed, degrees, 1, &j, v); }
-    bool getRefSpeeds(double* v) override { return get(Wish::speed, degrees, size(), nullptr, v); }
+    bool getRefSpeed(int j, double* v) override { return get(Wish::speed, 1, &j, v); }
+    bool getRefSpeeds(double* v) override { return get(Wish::speed, size(), nullptr, v); }
     bool getRefSpeeds(const int n, const int* joints, double* v) override {
-        return get(Wish::speed, degrees, n, joints, v);
+        return get(Wish::speed, n, joints, v);
     }
-    bool setRefAcceleration(int j, double v) override { return set(Wish::acceleration, degrees, 1, &j, &v); }
-    bool setRefAccelerations(const double* v) override {
-        return set(Wish::acceleration, degrees, size(), nullptr, v);
-    }
+    bool setRefAcceleration(int j, double v) override { return set(Wish::acceleration, 1, &j, &v); }
+    bool setRefAccelerations(const double* v) override { return set(Wish::acceleration, size(), nullptr, v); }
     bool setRefAccelerations(const int n, const int* joints, const double* v) override {
-        return set(Wish::acceleration, degrees, n, joints, v);
+        return set(Wish::acceleration, n, joints, v);
     }
-    bool getRefAcceleration(int j, double* v) override { return get(Wish::acceleration, degrees, 1, &j, v); }
-    bool getRefAccelerations(double* v) override {
-        return get(Wish::acceleration, degrees, size(), nullptr, v);
-    }
+    bool getRefAcceleration(int j, double* v) override { return get(Wish::acceleration, 1, &j, v); }
+    bool getRefAccelerations(double* v) override { return get(Wish::acceleration, size(), nullptr, v); }
     bool getRefAccelerations(const int n, const int* joints, double* v) override {
-        return get(Wish::acceleration, degrees, n, joints, v);
+        return get(Wish::acceleration, n, joints, v);
     }
     bool stop(int j) override { return halt(1, &j); }
     bool stop() override { return halt(size(), nullptr); }
     bool stop(const int n, const int* joints) override { return halt(n, joints); }
-    bool getTargetPosition(const int j, double* v) override { return get(Wish::position, degrees, 1, &j, v); }
-    bool getTargetPositions(double* v) override { return get(Wish::position, degrees, size(), nullptr, v); }
+    bool getTargetPosition(const int j, double* v) override { return get(Wish::position, 1, &j, v); }
+    bool getTargetPositions(double* v) override { return get(Wish::position, size(), nullptr, v); }
     bool getTargetPositions(const int n, const int* joints, double* v) override {
-        return get(Wish::position, degrees, n, joints, v);
+        return get(Wish::position, n, joints, v);
     }
-    bool setPosition(int j, double v) override { return set(Wish::direct, degrees, 1, &j, &v); }
-    bool setPositions(const double* v) override { return set(Wish::direct, degrees, size(), nullptr, v); }
+    bool setPosition(int j, double v) override { return set(Wish::direct, 1, &j, &v); }
+    bool setPositions(const double* v) override { return set(Wish::direct, size(), nullptr, v); }
     bool setPositions(const int n, const int* joints, const double* v) override {
-        return set(Wish::direct, degrees, n, joints, v);
+        return set(Wish::direct, n, joints, v);
     }
-    bool getRefPosition(const int j, double* v) override { return get(Wish::direct, degrees, 1, &j, v); }
-    bool getRefPositions(double* v) override { return get(Wish::direct, degrees, size(), nullptr, v); }
+    bool getRefPosition(const int j, double* v) override { return get(Wish::direct, 1, &j, v); }
+    bool getRefPositions(double* v) override { return get(Wish::direct, size(), nullptr, v); }
     bool getRefPositions(const int n, const int* joints, double* v) override {
-        return get(Wish::direct, degrees, n, joints, v);
+        return get(Wish::direct, n, joints, v);
     }
-    bool velocityMove(int j, double v) override { return set(Wish::velocity, degrees, 1, &j, &v); }
-    bool velocityMove(const double* v) override { return set(Wish::velocity, degrees, size(), nullptr, v); }
+    bool velocityMove(int j, double v) override { return set(Wish::velocity, 1, &j, &v); }
+    bool velocityMove(const double* v) override { return set(Wish::velocity, size(), nullptr, v); }
     bool velocityMove(const int n, const int* joints, const double* v) override {
-        return set(Wish::velocity, degrees, n, joints, v);
+        return set(Wish::velocity, n, joints, v);
     }
-    bool getRefVelocity(const int j, double* v) override { return get(Wish::velocity, degrees, 1, &j, v); }
-    bool getRefVelocities(double* v) override { return get(Wish::velocity, degrees, size(), nullptr, v); }
+    bool getRefVelocity(const int j, double* v) override { return get(Wish::velocity, 1, &j, v); }
+    bool getRefVelocities(double* v) override { return get(Wish::velocity, size(), nullptr, v); }
     bool getRefVelocities(const int n, const int* joints, double* v) override {
-        return get(Wish::velocity, degrees, n, joints, v);
+        return get(Wish::velocity, n, joints, v);
     }
-    bool setRefTorque(int j, double v) override { return set(Wish::torque, 1, 1, &j, &v); }
-    bool setRefTorques(const double* v) override { return set(Wish::torque, 1, size(), nullptr, v); }
+    bool setRefTorque(int j, double v) override { return set(Wish::torque, 1, &j, &v); }
+    bool setRefTorques(const double* v) override { return set(Wish::torque, size(), nullptr, v); }
     bool setRefTorques(const int n, const int* joints, const double* v) override {
-        return set(Wish::torque, 1, n, joints, v);
+        return set(Wish::torque, n, joints, v);
     }
-    bool getRefTorque(int j, double* v) override { return get(Wish::torque, 1, 1, &j, v); }
-    bool getRefTorques(double* v) override { return get(Wish::torque, 1, size(), nullptr, v); }
+    bool getRefTorque(int j, double* v) override { return get(Wish::torque, 1, &j, v); }
+    bool getRefTorques(double* v) override { return get(Wish::torque, size(), nullptr, v); }
     bool getNumberOfMotors(int* n) override { return getAxes(n); }
-    bool setRefDutyCycle(int j, double v) override { return set(Wish::pwm, 1, 1, &j, &v); }
-    bool setRefDutyCycles(const double* v) override { return set(Wish::pwm, 1, size(), nullptr, v); }
-    bool getRefDutyCycle(int j, double* v) override { return get(Wish::pwm, 1, 1, &j, v); }
-    bool getRefDutyCycles(double* v) override { return get(Wish::pwm, 1, size(), nullptr, v); }
-    bool setRefCurrent(int j, double v) override { return set(Wish::current, 1, 1, &j, &v); }
-    bool setRefCurrents(const double* v) override { return set(Wish::current, 1, size(), nullptr, v); }
+    bool setRefDutyCycle(int j, double v) override { return set(Wish::pwm, 1, &j, &v); }
+    bool setRefDutyCycles(const double* v) override { return set(Wish::pwm, size(), nullptr, v); }
+    bool getRefDutyCycle(int j, double* v) override { return get(Wish::pwm, 1, &j, v); }
+    bool getRefDutyCycles(double* v) override { return get(Wish::pwm, size(), nullptr, v); }
+    bool setRefCurrent(int j, double v) override { return set(Wish::current, 1, &j, &v); }
+    bool setRefCurrents(const double* v) override { return set(Wish::current, size(), nullptr, v); }
     bool setRefCurrents(const int n, const int* joints, const double* v) override {
-        return set(Wish::current, 1, n, joints, v);
+        return set(Wish::current, n, joints, v);
     }
-    bool getRefCurrent(int j, double* v) override { return get(Wish::current, 1, 1, &j, v); }
-    bool getRefCurrents(double* v) override { return get(Wish::current, 1, size(), nullptr, v); }
+    bool getRefCurrent(int j, double* v) override { return get(Wish::current, 1, &j, v); }
+    bool getRefCurrents(double* v) override { return get(Wish::current, size(), nullptr, v); }
 
     // ---- gains
     bool setPid(const dev::PidControlTypeEnum& type, int j, const dev::Pid& pid) override {
@@ -372,6 +360,17 @@ class Device final : public Panel,
     static std::size_t at(int j) { return static_cast<std::size_t>(j); }
     int size() const { return static_cast<int>(names_.size()); }
     bool has(int j) const { return j >= 0 && j < size(); }
+    bool is_prismatic(int j) const { return shared_.is_prismatic[at(numbers_[at(j)])]; }
+    /// YARP's for one of ours: degrees for angles, and m, N and what is raw as they are.
+    double angle(int j) const { return is_prismatic(j) ? 1 : degrees; }
+    double unit(Measurement what, int j) const {
+        const bool is_raw = what == Measurement::joint_torque || what == Measurement::motor_current ||
+                            what == Measurement::motor_pwm;
+        return is_raw ? 1 : angle(j);
+    }
+    double unit(int wish, int j) const {
+        return wish == Wish::torque || wish == Wish::pwm || wish == Wish::current ? 1 : angle(j);
+    }
 
     /// f(joint, place in the list); null joints are all of them.
     template <class F> bool every(int n, const int* joints, F&& f) {
@@ -390,31 +389,31 @@ class Device final : public Panel,
             if (shared_.shown.read(shown.data(), stamp)) return true;
         return false;
     }
-    bool one(Measurement what, double factor, int j, double* v) {
+    bool one(Measurement what, int j, double* v) {
         std::vector<double> shown;
         if (!has(j) || !measures(what) || !look(shown)) return false;
-        *v = factor * shown[at(shared_.at.measurement(what) + numbers_[at(j)])];
+        *v = unit(what, j) * shown[at(shared_.at.measurement(what) + numbers_[at(j)])];
         return true;
     }
-    bool all(Measurement what, double factor, double* v) {
+    bool all(Measurement what, double* v) {
         std::vector<double> shown;
         if (!measures(what) || !look(shown)) return false;
         for (int j = 0; j < size(); ++j)
-            v[j] = factor * shown[at(shared_.at.measurement(what) + numbers_[at(j)])];
+            v[j] = unit(what, j) * shown[at(shared_.at.measurement(what) + numbers_[at(j)])];
         return true;
     }
     bool timed(Measurement what, double* v, double* t) {
         std::vector<double> shown;
         if (!measures(what) || !look(shown)) return false;
         for (int j = 0; j < size(); ++j)
-            v[j] = degrees * shown[at(shared_.at.measurement(what) + numbers_[at(j)])];
+            v[j] = unit(what, j) * shown[at(shared_.at.measurement(what) + numbers_[at(j)])];
         std::fill_n(t, size(), shown[0]);
         return true;
     }
     bool timed(Measurement what, int j, double* v, double* t) {
         std::vector<double> shown;
         if (!has(j) || !measures(what) || !look(shown)) return false;
-        *v = degrees * shown[at(shared_.at.measurement(what) + numbers_[at(j)])];
+        *v = unit(what, j) * shown[at(shared_.at.measurement(what) + numbers_[at(j)])];
         *t = shown[0];
         return true;
     }
@@ -422,8 +421,8 @@ class Device final : public Panel,
     bool limits(int j, const Eigen::VectorXd& lowest, const Eigen::VectorXd& highest, double* low,
                 double* high) {
         if (!has(j)) return false;
-        *low = degrees * lowest[numbers_[at(j)]];
-        *high = degrees * highest[numbers_[at(j)]];
+        *low = angle(j) * lowest[numbers_[at(j)]];
+        *high = angle(j) * highest[numbers_[at(j)]];
         return true;
     }
     toolbox::Gains* gains_of(const dev::PidControlTypeEnum& type) {
@@ -433,19 +432,19 @@ class Device final : public Panel,
                                                                              : nullptr;
     }
 
-    bool set(int what, double factor, int n, const int* joints, const double* values) {
+    bool set(int what, int n, const int* joints, const double* values) {
         const std::lock_guard lock(mutex_);
         if (!every(n, joints, [&](int, int k) { return std::isfinite(values[k]); })) return false;
         every(n, joints, [&](int j, int k) {
-            wished_[at(j)].values[what] = values[k] / factor;
+            wished_[at(j)].values[what] = values[k] / unit(what, j);
             return true;
         });
         return send();
     }
-    bool get(int what, double factor, int n, const int* joints, double* values) {
+    bool get(int what, int n, const int* joints, double* values) {
         const std::lock_guard lock(mutex_);
         return every(n, joints, [&](int j, int k) {
-            values[k] = wished_[at(j)].values[what] * factor;
+            values[k] = wished_[at(j)].values[what] * unit(what, j);
             return true;
         });
     }
@@ -453,11 +452,11 @@ class Device final : public Panel,
         std::vector<double> targets(names_.size());
         return every(n, joints, [&](int j, int k) { return getEncoder(j, &targets[at(k)]); }) &&
                (every(n, joints, [&](int, int k) { return targets[at(k)] += deltas[k], true; }),
-                set(Wish::position, degrees, n, joints, targets.data()));
+                set(Wish::position, n, joints, targets.data()));
     }
     bool halt(int n, const int* joints) {
         const std::vector<double> zeros(names_.size());
-        return set(Wish::velocity, 1, n, joints, zeros.data()) && move(n, joints, zeros.data());
+        return set(Wish::velocity, n, joints, zeros.data()) && move(n, joints, zeros.data());
     }
     /// Joints that go over to another mode stay where they are, or go on with what their motors give.
     bool set_modes(int n, const int* joints, const int* modes) {

@@ -51,6 +51,7 @@ struct SharedBoard {
     Settings settings;
     std::uint32_t measurements = 0, modes = 0; ///< a bit each
     bool has_position_gains = false, has_torque_gains = false, has_motor_parameters = false;
+    std::vector<bool> is_prismatic; ///< of each joint
     Eigen::VectorXd position_min, position_max, velocity_min, velocity_max;
 };
 

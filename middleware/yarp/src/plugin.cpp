@@ -98,7 +98,7 @@ extern "C" void bf_plugin_v1(bf::Library& library) {
         "instead, in lockstep with the diagram. Of states that overtake each other the newest counts, "
         "for each joint; one that is older by more than 0.2 s, after 0.2 s without any, is of a clock "
         "that has begun again. Ages are counted from when a state came. Angles are radians here and degrees "
-        "there. "
+        "there; prismatic joints and their motors are in m at both ends. "
         "Errors: no name server, boards, joints or sensors of these names; in a step: those of "
         "SharedMemory/Robot.");
     library.group("streams").add<bf::yarp::NetworkBlock>(

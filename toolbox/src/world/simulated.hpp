@@ -68,6 +68,7 @@ template <class Base> class SimulatedAs : public Base {
     void check_sensor(Sensor kind, const std::string& name) const override;
     void check_gains(Loop) const override {}
     void check_motor_parameters() const override {}
+    bool is_prismatic(int joint) const override { return scene_->is_prismatic(robot_, joint); }
 
   protected:
     const std::shared_ptr<const physics::Scene> scene_;

@@ -56,6 +56,7 @@ class Scene {
     bool is_mjcf(int robot) const;    ///< otherwise a URDF
     int joint_count(int robot) const; ///< n
     const std::vector<std::string>& joint_names(int robot) const;
+    bool is_prismatic(int robot, int joint) const;         ///< it moves along its axis, in m
     const Eigen::VectorXd& lower_limits(int robot) const;  ///< n, joint positions
     const Eigen::VectorXd& upper_limits(int robot) const;  ///< n, joint positions
     const Eigen::VectorXd& effort_limits(int robot) const; ///< n, |tau| is clamped to it

@@ -126,6 +126,8 @@ class RobotDevice {
         throw std::runtime_error("this robot tells no parameters of its motors; leave the block out");
     }
     virtual std::shared_ptr<Live> open() const = 0;
+    /// Is that joint known to move along its axis, in m, m/s and N in place of rad, rad/s and Nm?
+    virtual bool is_prismatic(int /*joint*/) const { return false; }
 };
 
 } // namespace bf::toolbox

@@ -1,0 +1,139 @@
+// Who drives a world of `bf serve --yarp`, and in which units.
+#include "serving.hpp"
+
+#include <yarp/dev/IAxisInfo.h>
+
+namespace bf::yarp::test {
+
+/// The joint `cart` is prismatic; behind YARP it is in m, m/s and N, its motor before the gear, too, and the
+/// `pole`, which turns, in degrees.
+TEST_F(YarpServe, HasPrismaticJointsInMetres) {
+    const std::string urdf = write("cart_pole.urdf", R"(<robot name="cart_pole"><link name="rail"/>
+  <link name="cart_link"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <link name="rod"><inertial><origin xyz="0 0 0.5"/><mass value="0.1"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <joint name="cart" type="prismatic"><axis xyz="1 0 0"/><parent link="rail"/><child link="cart_link"/><limit lower="-2" upper="3" effort="100" velocity="5"/></joint>
+  <joint name="pole" type="revolute"><axis xyz="0 1 0"/><parent link="cart_link"/><child link="rod"/><limit lower="-1.5" upper="2.5" effort="100" velocity="5"/></joint></robot>)");
+    const std::string robot = "  robot: {block: WholeBodyToolbox/Configuration, robot: \"'" + urdf +
+                              "'\", joints: \"{'pole', 'cart'}\"}\n",
+                      world = "  world: {block: WholeBodyToolbox/MujocoWorld, floating_base: false, floor: "
+                              "false, period: 0.001, gear_ratio: [20 10]}\n",
+                      model = write("cart_pole.yaml", diagram(robot + world));
+    const auto looks = [](const std::string& drive) {
+        std::string blocks = drive + "  limits: {block: WholeBodyToolbox/GetLimits, limit_type: "
+                                     "ControlBoardPosition}\n";
+        for (const std::string what : {"Joints Position", "Joints Velocity", "Joints Acceleration",
+                                       "Joints Torque", "Motor Position", "Motor Velocity"}) {
+            std::string name = what;
+            name[name.find(' ')] = '_';
+            blocks +=
+                "  " + name + ": {block: WholeBodyToolbox/GetMeasurement, measured_type: " + what + "}\n";
+        }
+        return blocks;
+    };
+    const std::string torques = looks("  c: {block: Constant, value: [-0.1 2]}\n  drive: {block: "
+                                      "WholeBodyToolbox/SetReferences, control_type: Torque}\n");
+    {
+        const auto served = serve(model, {});
+        ASSERT_TRUE(is_there("/clock/rpc"));
+        Client board("remote_controlboard", "/icubSim/body", "/test/body");
+        Clock clock;
+        const Eigen::Vector2d theirs(degrees, 1); // for one of ours
+        dev::JointTypeEnum kinds[2] = {};
+        std::string name;
+        ASSERT_TRUE(board.as<dev::IAxisInfo>().getJointType(0, kinds[0]) &&
+                    board.as<dev::IAxisInfo>().getJointType(1, kinds[1]) &&
+                    board.as<dev::IAxisInfo>().getAxisName(1, name));
+        EXPECT_EQ(kinds[0], dev::VOCAB_JOINTTYPE_REVOLUTE);
+        EXPECT_EQ(kinds[1], dev::VOCAB_JOINTTYPE_PRISMATIC);
+        EXPECT_EQ(name, "cart");
+        double low[2] = {}, high[2] = {};
+        for (int j = 0; j < 2; ++j)
+            ASSERT_TRUE(board.as<dev::IControlLimits>().getLimits(j, &low[j], &high[j]));
+        EXPECT_EQ(low[1], -2);
+        EXPECT_EQ(high[1], 3);
+        EXPECT_NEAR(high[0], 2.5 * degrees, 1e-9);
+
+        Running direct(diagram(robot + world + torques, "  c: drive\n"));
+        int modes[2] = {VOCAB_CM_TORQUE, VOCAB_CM_TORQUE};
+        const double forces[2] = {-0.1, 2};
+        double values[2] = {}, stamps[2] = {};
+        ASSERT_TRUE(board.as<dev::IControlMode>().setControlModes(modes) &&
+                    board.as<dev::ITorqueControl>().setRefTorques(forces));
+        ASSERT_TRUE(waits_until(
+            [&] { return board.as<dev::ITorqueControl>().getRefTorques(values) && values[1] == 2; }));
+        ASSERT_TRUE(direct.step()); // shows the time 0
+        clock.ask("stepSimulationAndWait 200");
+        for (int k = 0; k < 200; ++k) ASSERT_TRUE(direct.step());
+        ASSERT_TRUE(waits_until([&] {
+            return board.as<dev::IEncodersTimed>().getEncodersTimed(values, stamps) && stamps[0] > 0.1995;
+        }));
+        const auto is_as = [&](const std::string& what) {
+            const Eigen::Vector2d ours = direct.get(what + ".y");
+            EXPECT_GT(std::abs(ours[1]), 1e-3) << what;
+            EXPECT_LT((Eigen::Map<Eigen::Vector2d>(values) - ours.cwiseProduct(theirs)).norm(), 1e-9) << what;
+        };
+        is_as("Joints_Position");
+        ASSERT_TRUE(board.as<dev::IEncoders>().getEncoderSpeeds(values));
+        is_as("Joints_Velocity");
+        ASSERT_TRUE(board.as<dev::IEncoders>().getEncoderAccelerations(values));
+        is_as("Joints_Acceleration");
+        ASSERT_TRUE(board.as<dev::IMotorEncoders>().getMotorEncoders(values));
+        is_as("Motor_Position");
+        ASSERT_TRUE(board.as<dev::IMotorEncoders>().getMotorEncoderSpeeds(values));
+        is_as("Motor_Velocity");
+        ASSERT_TRUE(board.as<dev::ITorqueControl>().getTorques(values));
+        EXPECT_LT(
+            (Eigen::Map<Eigen::Vector2d>(values) - Eigen::Vector2d(direct.get("Joints_Torque.y"))).norm(),
+            1e-9)
+            << "in Nm and N";
+
+        // 0.4 m/s for half a second; the pole stays where it is led to.
+        ASSERT_TRUE(board.as<dev::IControlMode>().setControlMode(0, VOCAB_CM_POSITION) &&
+                    board.as<dev::IControlMode>().setControlMode(1, VOCAB_CM_POSITION) &&
+                    board.as<dev::IPositionControl>().setRefSpeed(1, 0.4) &&
+                    board.as<dev::IPositionControl>().positionMove(1, 1.5));
+        double target = 0;
+        ASSERT_TRUE(waits_until([&] {
+            return board.as<dev::IPositionControl>().getTargetPosition(1, &target) && target == 1.5;
+        }));
+        const auto cart = [&](double time) {
+            EXPECT_TRUE(waits_until([&] {
+                return board.as<dev::IEncodersTimed>().getEncodersTimed(values, stamps) &&
+                       stamps[1] > time - 5e-4;
+            }));
+            return values[1];
+        };
+        clock.ask("stepSimulationAndWait 500");
+        const double before = cart(0.7);
+        clock.ask("stepSimulationAndWait 500");
+        EXPECT_NEAR(cart(1.2) - before, 0.2, 0.01);
+    }
+    // A diagram sees and moves it as in a world of its own.
+    for (const std::string mode : {"Position, reference_speed: 0.3", "Velocity, reference_acceleration: 2"}) {
+        SCOPED_TRACE(mode);
+        const std::string blocks = looks(
+            "  c: {block: Constant, value: [0.2 0.5]}\n  drive: {block: WholeBodyToolbox/SetReferences, "
+            "control_type: " +
+            mode + "}\n");
+        const auto served = serve(model, {});
+        ASSERT_TRUE(is_there("/clock/rpc"));
+        Running direct(diagram(robot + world + blocks, "  c: drive\n"));
+        Running run(diagram(robot +
+                                "  world: {block: Yarp/Robot, period: 0.001, timeout: 5, start_timeout: 60, "
+                                "boards: \"{'body'}\", simulator: /clock/rpc}\n" +
+                                blocks,
+                            "  c: drive\n", "Yarp"));
+        for (int k = 0; k < 300; ++k) {
+            ASSERT_TRUE(direct.step());
+            ASSERT_TRUE(run.step()) << run.simulation.failure();
+        }
+        for (const std::string what : {"Joints_Position.y", "Joints_Velocity.y", "Motor_Position.y",
+                                       "Motor_Velocity.y", "limits.minimum", "limits.maximum"}) {
+            EXPECT_LT((run.get(what) - direct.get(what)).norm(), 1e-9) << what;
+            EXPECT_GT(std::abs(direct.get(what)(1)), 0.05) << what;
+        }
+        run.simulation.stop();
+    }
+}
+
+} // namespace bf::yarp::test

@@ -154,8 +154,8 @@ class Worker : public std::enable_shared_from_this<Worker> {
             host->start(waits ? driver_.period() : period_);
             promise.set_value(*description_);
         } catch (...) {
+            promise.set_exception(std::current_exception()); // before whoever waits for it has given up
             driver_.robot->stop();
-            promise.set_exception(std::current_exception());
             return;
         }
         const double time = driver_.time ? driver_.time() : 0;

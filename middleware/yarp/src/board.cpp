@@ -3,6 +3,7 @@
 #include "bf/core/interrupt.hpp"
 #include "bf/core/value.hpp"
 #include "bf/middleware/clock.hpp"
+#include "clients.hpp"
 #include "network.hpp"
 
 #include <algorithm>
@@ -11,6 +12,7 @@
 #include <cstdio>
 #include <limits>
 #include <list>
+#include <optional>
 #include <stdexcept>
 #include <unistd.h>
 #include <utility>
@@ -207,11 +209,12 @@ class Board final : public toolbox::RobotConnection {
     void start() override {
         stop();
         join();
+        const double end = middleware::now() + 0.9 * options_.start_timeout; // so that it says why itself
         os::Property wanted;
         wanted.put("device", "remotecontrolboardremapper");
         std::vector<std::string> boards;
         for (const auto& board : options_.boards) boards.push_back("/" + options_.robot + "/" + board);
-        await(boards);
+        await(boards, end);
         const auto add = [&](const char* key, const std::vector<std::string>& words) {
             os::Bottle list = list_of(words);
             wanted.addGroup(key);
@@ -232,7 +235,9 @@ class Board final : public toolbox::RobotConnection {
         each.put("carrier", options_.carrier);
         // Where packets are lost YARP may give up early.
         const auto opens = [&](int tries) {
-            wanted.put("localPortPrefix", tries == 0 ? local : local + "." + std::to_string(tries));
+            const std::string prefix = tries == 0 ? local : local + "." + std::to_string(tries);
+            wanted.put("localPortPrefix", prefix);
+            drives_.emplace(prefix, options_.joints); // before others see that it is connected
             return driver_.open(wanted) && driver_.isValid();
         };
         if (!opens(0) && !opens(1) && !opens(2))
@@ -240,6 +245,7 @@ class Board final : public toolbox::RobotConnection {
                                      " do not open; look whether they have the joints " +
                                      list_of(options_.joints).toString() +
                                      ", and are of this version of YARP");
+        await_joints(options_.robot, boards, options_.joints, wanted.find("localPortPrefix").asString(), end);
         driver_.view(encoders_);
         driver_.view(stamped_);
         driver_.view(motors_);
@@ -277,6 +283,7 @@ class Board final : public toolbox::RobotConnection {
         for (auto* ports : {&wrenches_, &imus_})
             for (auto& sensor : *ports) sensor.stop();
         driver_.close();
+        drives_.reset();
     }
     /// Of the newest measurements, by the clock of the boards, s.
     double time() { return newest_.stamps[0]; }
@@ -472,8 +479,7 @@ class Board final : public toolbox::RobotConnection {
         }
         return true;
     }
-    void await(const std::vector<std::string>& boards) const {
-        const double end = middleware::now() + 0.9 * options_.start_timeout; // so that it says why itself
+    void await(const std::vector<std::string>& boards, double end) const {
         for (const auto& board : boards) {
             bool is_told = false;
             while (!is_there(board + "/stateExt:o")) { // the port that it opens last
@@ -613,6 +619,7 @@ class Board final : public toolbox::RobotConnection {
 
     const BoardOptions options_;
     const int n_;
+    std::optional<Driver> drives_;
     dev::PolyDriver driver_;
     dev::IEncoders* encoders_ = nullptr;
     dev::IEncodersTimed* stamped_ = nullptr;

@@ -99,7 +99,9 @@ extern "C" void bf_plugin_v1(bf::Library& library) {
         "for each joint; one that is older by more than 0.2 s, after 0.2 s without any, is of a clock "
         "that has begun again. Ages are counted from when a state came. Angles are radians here and degrees "
         "there; prismatic joints and their motors are in m at both ends. "
-        "Errors: no name server, boards, joints or sensors of these names; in a step: those of "
+        "Errors: no name server, boards, joints or sensors of these names; another diagram that drives one "
+        "of "
+        "the joints; in a step: those of "
         "SharedMemory/Robot.");
     library.group("streams").add<bf::yarp::NetworkBlock>(
         "Network", "The YARP network, for the blocks StreamRead (YarpRead), StreamWrite (YarpWrite), "

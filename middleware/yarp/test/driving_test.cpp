@@ -1,6 +1,7 @@
-// Who drives a world of `bf serve --yarp`, and in which units.
+// Who drives a world of `bf serve --yarp`: in which units, and one diagram alone.
 #include "serving.hpp"
 
+#include <functional>
 #include <yarp/dev/IAxisInfo.h>
 
 namespace bf::yarp::test {
@@ -134,6 +135,78 @@ TEST_F(YarpServe, HasPrismaticJointsInMetres) {
         }
         run.simulation.stop();
     }
+}
+
+namespace {
+
+std::string driven(const std::string& mode, const std::string& settings, const std::string& joints = "") {
+    const std::string values = joints.empty() ? "[0.1 -0.2 0.1]" : "0.1";
+    return diagram((joints.empty() ? icub : "") +
+                       "  world: {block: Yarp/Robot, period: 0.001, timeout: 5, silence: 10, boards: "
+                       "\"{'left_leg'}\"" +
+                       (joints.empty() ? "" : ", joints: \"{'" + joints + "'}\"") + settings +
+                       "}\n  c: {block: Constant, value: " + values +
+                       "}\n  drive: {block: WholeBodyToolbox/SetReferences, control_type: " + mode + "}\n",
+                   "  c: drive\n", "Yarp");
+}
+const std::vector<std::string> by_the_clock{"--realtime", "--priority", "0", "--watchdog",
+                                            "0",          "--silence",  "60"};
+
+/// Steps until all joints are in that mode.
+bool leads_to(Running& run, const std::function<bool()>& is_so) {
+    for (int k = 0; k < 20'000; ++k) {
+        if (is_so()) return true;
+        if (!run.step()) return false;
+    }
+    return false;
+}
+
+} // namespace
+
+TEST_F(YarpServe, IsNotDrivenByTwoDiagrams) {
+    const auto served = serve(by_the_clock);
+    ASSERT_TRUE(is_there("/clock/rpc"));
+    Client board("remote_controlboard", "/icubSim/left_leg", "/test/leg"); // which only looks
+    const std::string second = driven("Position Direct", ", start_timeout: 3"),
+                      next = driven("Position Direct", ", start_timeout: 60");
+    {
+        Running first(driven("Position Direct", ", start_timeout: 60, local: /first"));
+        ASSERT_TRUE(leads_to(first, [&] { return are_in(board, VOCAB_CM_POSITION_DIRECT); }))
+            << first.simulation.failure();
+        expect_contains(
+            refusal(second),
+            "YARP robot 'icubSim': the diagram with the port /first/icubSim/left_leg/rpc:o drives its "
+            "joint 'l_hip_pitch'; end that one first, or give each diagram joints of its own");
+        EXPECT_TRUE(are_in(board, VOCAB_CM_POSITION_DIRECT)) << "nothing was taken from the first one";
+        EXPECT_TRUE(first.step()) << first.simulation.failure();
+    }
+    {
+        Running after(next);
+        EXPECT_TRUE(after.step()) << after.simulation.failure();
+    }
+    // One that was killed is none any more.
+    Program killed({BF_PROGRAM, "run", write("drives.yaml", next), "--stop", "600", "--quiet"});
+    ASSERT_TRUE(waits_until([&] { return are_in(board, VOCAB_CM_POSITION_DIRECT); }));
+    killed.end();
+    Running after(next);
+    EXPECT_TRUE(after.step()) << after.simulation.failure();
+}
+
+TEST_F(YarpServe, IsDrivenByDiagramsThatHaveJointsOfTheirOwn) {
+    const auto served = serve(by_the_clock);
+    ASSERT_TRUE(is_there("/clock/rpc"));
+    Running knee(driven("Position Direct", ", start_timeout: 60", "l_knee")),
+        ankle(driven("Position Direct", ", start_timeout: 60", "l_ankle_roll"));
+    Client board("remote_controlboard", "/icubSim/left_leg", "/test/leg");
+    int modes[3] = {};
+    EXPECT_TRUE(leads_to(knee,
+                         [&] {
+                             return ankle.step() && board.as<dev::IControlMode>().getControlModes(modes) &&
+                                    modes[1] == VOCAB_CM_POSITION_DIRECT &&
+                                    modes[2] == VOCAB_CM_POSITION_DIRECT;
+                         }))
+        << knee.simulation.failure() << ankle.simulation.failure();
+    EXPECT_EQ(modes[0], VOCAB_CM_POSITION);
 }
 
 } // namespace bf::yarp::test

@@ -1,0 +1,53 @@
+// Who is connected to control boards, and which joints the diagrams among them drive.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+#include <yarp/os/Bottle.h>
+#include <yarp/os/Port.h>
+#include <yarp/os/PortReader.h>
+
+namespace bf::yarp {
+
+/// The clients of a control board, as its port tells them over a connection that stays.
+class Clients {
+  public:
+    /// Of the board whose ports begin with `board`, such as /icubSim/left_leg.
+    explicit Clients(std::string board) : board_(std::move(board)) {}
+
+    /// The ports by which clients of YARP's device remote_controlboard ask the board; none: it does not
+    /// answer. Those who ask without this device, such as the command `yarp rpc`, are left out.
+    std::optional<std::vector<std::string>> ask();
+    const std::string& board() const { return board_; }
+
+  private:
+    const std::string board_;
+    ::yarp::os::Port port_;
+};
+
+/// Tells others which joints a diagram drives, at the port PREFIX/driver, as long as this lives.
+class Driver final : ::yarp::os::PortReader {
+  public:
+    /// `prefix` is that of the diagram's ports.
+    Driver(const std::string& prefix, const std::vector<std::string>& joints);
+    ~Driver() override;
+
+  private:
+    bool read(::yarp::os::ConnectionReader& reader) override;
+    ::yarp::os::Bottle joints_;
+    ::yarp::os::Port port_;
+};
+
+/// What the diagram with this client of a board says that it drives; empty: the client is of another
+/// program, or its program has ended.
+std::vector<std::string> joints_driven_by(const std::string& client, const std::string& board);
+
+/// Waits until no other diagram drives one of these joints, up to that time of now(), for the diagram whose
+/// ports begin with `prefix`, a Driver there already: of two that begin at once neither finds itself alone.
+/// Throws std::runtime_error.
+void await_joints(const std::string& robot, const std::vector<std::string>& boards,
+                  const std::vector<std::string>& joints, const std::string& prefix, double end);
+
+} // namespace bf::yarp

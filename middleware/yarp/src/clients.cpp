@@ -5,7 +5,6 @@
 #include "network.hpp"
 
 #include <algorithm>
-#include <list>
 #include <stdexcept>
 #include <utility>
 #include <yarp/os/ConnectionReader.h>
@@ -21,6 +20,7 @@ namespace os = ::yarp::os;
 namespace {
 
 constexpr float longest_answer = 2;     ///< s
+constexpr double longest_way = 1;       ///< s of a command whose sender has gone
 constexpr const char* asks = "/rpc:o";  ///< ends the port by which remote_controlboard asks its board
 constexpr const char* asked = "/rpc:i"; ///< that of the board
 constexpr const char* tells = "/driver";
@@ -104,6 +104,36 @@ void await_joints(const std::string& robot, const std::vector<std::string>& boar
         if (!std::exchange(is_told, true))
             tell_wait(("the joints of YARP robot '" + robot + "': " + why).c_str());
     }
+}
+
+bool Leaving::look(std::uint64_t commands) {
+    const double now = middleware::now();
+    for (auto& board : boards_) {
+        const auto clients = board.ask();
+        if (!clients) return false; // nobody knows
+        for (const auto& client : *clients) {
+            const auto found = lately_.find(client);
+            const bool is_diagram = found != lately_.end() ? found->second.is_diagram
+                                                           : !joints_driven_by(client, board.board()).empty();
+            lately_[client] = {now, is_diagram};
+        }
+    }
+    std::erase_if(lately_, [&](const auto& each) { return now - each.second.last > longest_way; });
+    if (commands != commands_) {
+        commands_ = commands;
+        const bool are_diagrams =
+            std::ranges::any_of(lately_, [](const auto& each) { return each.second.is_diagram; });
+        may_have_sent_.clear();
+        for (const auto& [client, seen] : lately_)
+            if (seen.is_diagram || !are_diagrams) may_have_sent_.insert(client);
+    }
+    const auto is_there = [&](const std::string& client) {
+        const auto found = lately_.find(client);
+        return found != lately_.end() && found->second.last == now;
+    };
+    const bool has_left = !may_have_sent_.empty() && std::ranges::none_of(may_have_sent_, is_there);
+    if (has_left) may_have_sent_.clear();
+    return has_left;
 }
 
 } // namespace bf::yarp

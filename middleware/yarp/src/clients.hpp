@@ -1,7 +1,11 @@
 // Who is connected to control boards, and which joints the diagrams among them drive.
 #pragma once
 
+#include <cstdint>
+#include <list>
+#include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -49,5 +53,26 @@ std::vector<std::string> joints_driven_by(const std::string& client, const std::
 /// Throws std::runtime_error.
 void await_joints(const std::string& robot, const std::vector<std::string>& boards,
                   const std::vector<std::string>& joints, const std::string& prefix, double end);
+
+/// Notices that whoever drove some boards has left.
+class Leaving {
+  public:
+    explicit Leaving(const std::vector<std::string>& boards) : boards_(boards.begin(), boards.end()) {}
+
+    /// To be called a few times a second, with how many commands have come so far. True once, when none of
+    /// those is connected any more who can have sent the last one: where diagrams were among them, the
+    /// diagrams.
+    bool look(std::uint64_t commands);
+
+  private:
+    struct Seen {
+        double last; ///< s
+        bool is_diagram;
+    };
+    std::list<Clients> boards_;
+    std::map<std::string, Seen> lately_;  ///< commands are under way for longer than connections
+    std::set<std::string> may_have_sent_; ///< the last command
+    std::uint64_t commands_ = 0;
+};
 
 } // namespace bf::yarp

@@ -3,6 +3,7 @@
 #include "bf/middleware/bell.hpp"
 #include "bf/middleware/clock.hpp"
 #include "bf/middleware/served_robot.hpp"
+#include "clients.hpp"
 #include "network.hpp"
 #include "panel.hpp"
 #include "parts.hpp"
@@ -172,7 +173,7 @@ class YarpRobot final : public middleware::ServedRobot {
         if (request_.host.waits)
             for (auto& board : boards_) board.take_over();
         else
-            thread_ = std::thread([this] { send_as_it_comes(); });
+            watch();
         take_joints();
     }
 
@@ -182,6 +183,8 @@ class YarpRobot final : public middleware::ServedRobot {
             shown_bell_.ring();
             clock_->next(0);
             take_wishes();
+            // Whoever has sent something since then is another one.
+            if (is_driven_ && left_after_ == commands_) let_go(Event::left);
             if (is_driven_ && is_streamed() && request_.host.watchdog > 0 &&
                 middleware::now() - heard_ > request_.host.watchdog)
                 let_go(Event::silent);
@@ -254,6 +257,12 @@ class YarpRobot final : public middleware::ServedRobot {
         wishes_.resize(mode_.size() * Wish::size);
     }
 
+    void watch() {
+        std::vector<std::string> boards;
+        for (const auto& part : parts_) boards.push_back(prefix_ + "/" + part.name);
+        leaving_ = std::make_unique<Leaving>(boards);
+        thread_ = std::thread([this] { send_as_it_comes(); });
+    }
     void open_streams() {
         std::map<std::string, std::string> names; // of sensors, as the command says
         if (const auto given = request_.options.find("stream"); given != request_.options.end())
@@ -330,6 +339,7 @@ class YarpRobot final : public middleware::ServedRobot {
             }
             if (taken_[b].number == 1) continue; // the board's own first one
             heard_ = middleware::now();
+            ++commands_;
         }
         if (!is_driven_ && is_asked()) {
             is_driven_ = true;
@@ -550,8 +560,14 @@ class YarpRobot final : public middleware::ServedRobot {
             for (auto& board : boards_) board.show();
     }
     void send_as_it_comes() noexcept {
+        double looked = 0;
         for (std::uint64_t sent = 0; !is_over_;) {
             shown_bell_.wait(0.05, [&] { return senses_->shown.newest() != sent || is_over_; });
+            if (middleware::now() - looked > 0.05) {
+                const auto commands = commands_.load();
+                if (leaving_->look(commands)) left_after_ = commands;
+                looked = middleware::now();
+            }
             if (senses_->shown.newest() == sent) continue;
             sent = senses_->shown.newest();
             send();
@@ -593,6 +609,8 @@ class YarpRobot final : public middleware::ServedRobot {
     std::shared_ptr<ClockServer> clock_;
     os::Stamp stamp_;
     middleware::Bell shown_bell_{};
+    std::unique_ptr<Leaving> leaving_;                       ///< by the clock
+    std::atomic<std::uint64_t> commands_{0}, left_after_{0}; ///< that came; of whoever has left since
     std::atomic<bool> is_over_{false};
     std::thread thread_;
 };

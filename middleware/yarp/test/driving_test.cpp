@@ -1,4 +1,4 @@
-// Who drives a world of `bf serve --yarp`: in which units, and one diagram alone.
+// Who drives a world of `bf serve --yarp`: in which units, one diagram alone, and until it has left.
 #include "serving.hpp"
 
 #include <functional>
@@ -207,6 +207,76 @@ TEST_F(YarpServe, IsDrivenByDiagramsThatHaveJointsOfTheirOwn) {
                          }))
         << knee.simulation.failure() << ankle.simulation.failure();
     EXPECT_EQ(modes[0], VOCAB_CM_POSITION);
+}
+
+/// Somebody looks on all the while, whose coming and going is nothing.
+TEST_F(YarpServe, NoticesByTheClockThatADiagramHasEndedOrWasKilledInAnyMode) {
+    auto words = by_the_clock;
+    words.push_back("--once");
+    for (const std::string mode : {"Position", "Position Direct", "Velocity", "Torque"})
+        for (const bool is_killed : {false, true}) {
+            SCOPED_TRACE(mode + (is_killed ? ", killed" : ""));
+            std::filesystem::remove(folder_ / "said");
+            auto served = serve(words);
+            ASSERT_TRUE(is_there("/clock/rpc"));
+            auto gone = std::make_unique<Client>("remote_controlboard", "/icubSim/left_leg", "/test/gone");
+            Client board("remote_controlboard", "/icubSim/left_leg", "/test/leg");
+            Program run({BF_PROGRAM, "run", write("drives.yaml", driven(mode, ", start_timeout: 60")),
+                         "--stop", "600", "--quiet"});
+            const int vocab = mode == "Position"          ? VOCAB_CM_POSITION
+                              : mode == "Position Direct" ? VOCAB_CM_POSITION_DIRECT
+                              : mode == "Velocity"        ? VOCAB_CM_VELOCITY
+                                                          : VOCAB_CM_TORQUE;
+            ASSERT_TRUE(waits_until(
+                [&] { return are_in(board, vocab) && read("said").find("has come") != std::string::npos; }));
+            gone.reset();
+            usleep(300'000);
+            EXPECT_EQ(read("said").find("has left"), std::string::npos) << read("said");
+            if (is_killed) {
+                run.end();
+            } else {
+                run.interrupt();
+                run.wait();
+            }
+            EXPECT_TRUE(served.ends_well(30));
+            expect_contains(read("said"), "the controller has left; its joints hold");
+        }
+}
+
+TEST_F(YarpServe, NoticesByTheClockThatAProgramOfYarpHasLeft) {
+    auto words = by_the_clock;
+    words.push_back("--once");
+    auto served = serve(words);
+    ASSERT_TRUE(is_there("/clock/rpc"));
+    {
+        Client board("remote_controlboard", "/icubSim/left_leg", "/test/leg");
+        set_modes(board, VOCAB_CM_POSITION_DIRECT);
+        usleep(300'000);
+        EXPECT_EQ(read("said").find("has left"), std::string::npos) << read("said");
+    }
+    EXPECT_TRUE(served.ends_well(30));
+    expect_contains(read("said"), "the controller has left; its joints hold");
+}
+
+/// As `echo "set pos 0 20" | yarp rpc /icubSim/left_leg/rpc:i` does.
+TEST_F(YarpServe, LetsAJointGoOnToWhereACommandByHandHasSentIt) {
+    const auto served = serve(by_the_clock);
+    ASSERT_TRUE(is_there("/clock/rpc"));
+    Client board("remote_controlboard", "/icubSim/left_leg", "/test/leg");
+    {
+        os::RpcClient hand;
+        os::Bottle question, answer;
+        ASSERT_TRUE(hand.open("/test/hand") &&
+                    os::NetworkBase::connect("/test/hand", "/icubSim/left_leg/rpc:i"));
+        question.fromString("[set] [pos] 0 10");
+        ASSERT_TRUE(hand.write(question, answer));
+        hand.close();
+    }
+    double angle = 0;
+    EXPECT_TRUE(waits_until([&] {
+        return board.as<dev::IEncoders>().getEncoder(0, &angle) && std::abs(angle - 10) < 1;
+    })) << angle;
+    EXPECT_EQ(read("said").find("has left"), std::string::npos) << read("said");
 }
 
 } // namespace bf::yarp::test

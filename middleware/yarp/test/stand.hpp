@@ -40,6 +40,7 @@ class Program {
         process_ = 0;
     }
     void halt() const { kill(process_, SIGSTOP); }
+    void interrupt() const { kill(process_, SIGINT); }
     /// Its exit code.
     int wait() {
         int status = -1;

@@ -36,7 +36,8 @@ def type_of(name, kinds=("msg",)):
 
 
 def say(*words):
-    print(*words, flush=True)
+    """A line at once, as several threads speak."""
+    print(" ".join(map(str, words)) + "\n", end="", flush=True)
 
 
 def echo(name, topic, count):

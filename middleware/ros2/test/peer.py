@@ -42,7 +42,8 @@ def type_of(name):
 
 
 def say(*words):
-    print(*words, flush=True)
+    """A line at once, as several threads speak."""
+    print(" ".join(map(str, words)) + "\n", end="", flush=True)
 
 
 def echo(name, topic, count, profile=qos_profile_sensor_data):

@@ -173,9 +173,8 @@ for way in ways if options.deploy else []:
         server = serve(way, "--once", "--record", out / "deployed_world.mcap")
         words = [package / "run", "--quiet", "--priority", "0", "--stop", seconds]
         needed = {k: v for k, v in os.environ.items() if way == "yarp" and k.startswith("YARP_")}  # where its name server is
-        # YARP's devices are plugins of its installation, which packages do not bring.
         result = subprocess.run(words, env=needed | {"PATH": "/usr/bin:/bin"}, cwd="/", capture_output=True, text=True,
-                                preexec_fn=None if way == "yarp" else lambda: alone.hide(bf))
+                                preexec_fn=lambda: alone.hide(bf))
         assert result.returncode == 0, result.stdout + result.stderr
         ended(server)
     world = recorded.read_recording(bf, out / "deployed_world.mcap")

@@ -4,6 +4,7 @@
 #include "bf/core/value.hpp"
 #include "bf/middleware/clock.hpp"
 #include "clients.hpp"
+#include "devices.hpp"
 #include "network.hpp"
 
 #include <algorithm>
@@ -209,6 +210,7 @@ class Board final : public toolbox::RobotConnection {
     void start() override {
         stop();
         join();
+        load_devices();
         const double end = middleware::now() + 0.9 * options_.start_timeout; // so that it says why itself
         os::Property wanted;
         wanted.put("device", "remotecontrolboardremapper");

@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <atomic>
 #include <cstdio>
-#include <cstdlib>
 #include <mutex>
 #include <stdexcept>
 #include <thread>
@@ -37,12 +36,6 @@ void join() {
     // What goes wrong is told by those who call.
     os::Log::setMinimumPrintLevel(os::Log::FatalType);
     os::Log::setPrintCallback([](auto...) {});
-    // Its devices are there, whatever the user looks for elsewhere.
-    static const std::string folders = [] {
-        const char* others = std::getenv("YARP_DATA_DIRS");
-        return (others ? others + std::string(":") : "") + BF_YARP_DATA;
-    }();
-    setenv("YARP_DATA_DIRS", folders.c_str(), 1);
     static const os::Network network; // finds the name server
     if (!os::NetworkBase::getLocalMode() && !os::NetworkBase::checkNetwork(5.0))
         throw std::runtime_error(

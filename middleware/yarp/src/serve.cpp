@@ -4,6 +4,7 @@
 #include "bf/middleware/clock.hpp"
 #include "bf/middleware/served_robot.hpp"
 #include "clients.hpp"
+#include "devices.hpp"
 #include "network.hpp"
 #include "panel.hpp"
 #include "parts.hpp"
@@ -137,6 +138,7 @@ class YarpRobot final : public middleware::ServedRobot {
         name_ = "robot " + prefix_ + " (YARP)";
         unsetenv("YARP_CLOCK"); // which this program is, for all others
         join();
+        load_devices();
         if (os::NetworkBase::getLocalMode()) // as it is where nobody has said where the name server is
             throw std::runtime_error(no_name_server);
     }

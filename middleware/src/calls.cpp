@@ -35,18 +35,19 @@ void Calling::take(const void* response) {
 
 CallBlock::CallBlock(const Arguments& arguments, const ServiceTypes& types)
     : Block(arguments), types_(types) {
-    if (service->empty()) problem("argument 'service' is empty; name the service, such as robot/pause");
+    std::vector<std::string> problems;
+    check_name(types_.names.topic, "service", service, problems);
     try {
         parts_ = types_.find(type);
     } catch (const std::runtime_error& error) {
-        problem(std::string("argument 'type': ") + error.what());
-        return;
+        problems.push_back(std::string("argument 'type': ") + error.what());
     }
-    std::vector<std::string> problems;
-    inputs_.add(*this, *parts_.request, fields_of(*parts_.request, fields, "fields", problems));
-    texts_ = texts_of(*parts_.request, texts, problems);
-    const auto wanted = fields_of(*parts_.response, answer_fields, "answer_fields", problems);
-    outputs_.add(*this, *parts_.response, wanted, !answer_fields->empty(), sizes, problems);
+    if (parts_.request) {
+        inputs_.add(*this, *parts_.request, fields_of(*parts_.request, fields, "fields", problems));
+        texts_ = texts_of(*parts_.request, texts, problems);
+        const auto wanted = fields_of(*parts_.response, answer_fields, "answer_fields", problems);
+        outputs_.add(*this, *parts_.response, wanted, !answer_fields->empty(), sizes, problems);
+    }
     for (auto& text : problems) problem(std::move(text));
 }
 

@@ -11,15 +11,14 @@ namespace bf::middleware {
 
 Topic::Topic(const Arguments& arguments, const MessageTypes& types, bool is_stamp_port)
     : Block(arguments), types_(types) {
-    if (topic->empty()) problem("argument 'topic' is empty; name the topic, such as joint_states");
+    std::vector<std::string> problems;
+    check_name(types_.names.topic, "topic", topic, problems);
     try {
         type_ = types_.find(type);
     } catch (const std::runtime_error& error) {
-        problem(std::string("argument 'type': ") + error.what());
-        return;
+        problems.push_back(std::string("argument 'type': ") + error.what());
     }
-    std::vector<std::string> problems;
-    wanted_ = fields_of(*type_, fields, "fields", problems);
+    if (type_) wanted_ = fields_of(*type_, fields, "fields", problems);
     if (fields->empty() && !is_stamp_port)
         std::erase_if(wanted_, [](const Field* field) { return field->path == stamp_path; });
     tell(problems);

@@ -29,9 +29,15 @@ void OutgoingTransforms::send() {
 }
 
 PublishTransformsBlock::PublishTransformsBlock(const Arguments& arguments) : Block(arguments) {
+    const auto check = [&](const std::string& frame) {
+        if (frame.starts_with('/'))
+            problem("the frame '" + frame + "' begins with '/', as frames of tf2 do not; leave it out");
+    };
+    check(frame_id);
     bool is_fine = !children->empty();
     if (!is_fine) problem("argument 'children' names no frame; name some, such as base");
     for (const auto& child : *children) {
+        check(child);
         const bool is_one = std::ranges::count_if(*children, [&](const auto& other) {
                                 return plain(other) == plain(child);
                             }) == 1;

@@ -2,6 +2,7 @@
 #include "bf/middleware/calls.hpp"
 #include "caller.hpp"
 #include "connection.hpp"
+#include "names.hpp"
 
 namespace bf::ros1 {
 
@@ -11,7 +12,7 @@ constexpr middleware::ServiceTypes service_types{[](const std::string& name) -> 
                                                      const auto type = ServiceType::find(name);
                                                      return {type.request, type.response};
                                                  },
-                                                 "std_srvs/Trigger"};
+                                                 "std_srvs/Trigger", name_rules};
 
 class Call final : public middleware::CallBlock {
   public:

@@ -1,6 +1,7 @@
 #include "node.hpp"
 
 #include "master.hpp"
+#include "names.hpp"
 
 #include <algorithm>
 #include <arpa/inet.h>
@@ -23,14 +24,6 @@ namespace bf::ros1 {
 using middleware::LiveIncoming;
 
 // ---- session
-
-std::vector<std::string> Session::problems_of(const std::vector<std::string>& remap) {
-    std::vector<std::string> problems;
-    for (const auto& rule : remap)
-        if (rule.find(":=") == std::string::npos)
-            problems.push_back("argument 'remap': '" + rule + "' is not given as from:=to");
-    return problems;
-}
 
 namespace {
 
@@ -128,6 +121,8 @@ Session::~Session() {
 
 void Node::open() {
     if (handle_) return;
+    if (const auto wrong = name_rules.name_space(options_.name_space); !wrong.empty())
+        throw std::runtime_error("namespace " + wrong);
     session_ = std::make_unique<Session>(options_);
     try {
         handle_ = std::make_unique<ros::NodeHandle>(options_.name_space);
@@ -322,7 +317,9 @@ namespace {
 class NodeBlock final : public Block {
   public:
     explicit NodeBlock(const Arguments& arguments) : Block(arguments) {
-        for (auto& text : Session::problems_of(remap)) problem(std::move(text));
+        std::vector<std::string> problems;
+        middleware::check_node(name_rules, "name", name, name_space, remap, problems);
+        for (auto& text : problems) problem(std::move(text));
     }
     Argument<std::string> name{this, "name", {.initial = "blockfactory", .doc = "of the node"}};
     Argument<std::string> name_space{

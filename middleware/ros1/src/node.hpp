@@ -33,8 +33,6 @@ class Session {
     explicit Session(const NodeOptions& options);
     ~Session();
     Session(const Session&) = delete;
-    /// What is wrong with the rules of names.
-    static std::vector<std::string> problems_of(const std::vector<std::string>& remap);
 };
 
 /// Sends to a topic, from any one thread that is no step.

@@ -2,7 +2,9 @@
 #include "robot.hpp"
 
 #include "asker.hpp"
+#include "bf/middleware/topic_robot_block.hpp"
 #include "draft.hpp"
+#include "names.hpp"
 
 #include <atomic>
 #include <cstring>
@@ -211,74 +213,14 @@ class Topics final : public middleware::RobotTopics {
     std::string refusal_; ///< with the lock
 };
 
-class RobotBlock final : public middleware::RemoteRobot {
+class RobotBlock final : public middleware::TopicRobotBlock {
   public:
-    explicit RobotBlock(const Arguments& arguments) : RemoteRobot(arguments) {
-        require_names_of(wrenches, "topic");
-        require_names_of(imus, "topic");
-        for (auto& text : Session::problems_of(remap)) problem(std::move(text));
-    }
-    Argument<std::string> name_space{
-        this,
-        "namespace",
-        {.initial = "/", .doc = "of the robot, in which names are that do not begin with /"}};
-    Argument<std::string> node{this, "node", {.initial = "blockfactory", .doc = "name of our node"}};
-    Argument<std::vector<std::string>> remap{
-        this, "remap", {.doc = "names that stand for others, each as from:=to"}};
-    Argument<bool> use_stamps{this,
-                              "use_stamps",
-                              {.initial = false,
-                               .doc = "the robot's time is that of its states' headers, as of a simulator, "
-                                      "which then drives the loop"}};
-    Argument<double> step_size{
-        this,
-        "step_size",
-        {.initial = 0,
-         .minimum = 0,
-         .maximum = 10,
-         .doc =
-             "of a robot that stands still until it is commanded, as bf serve --ros1 has it, s: it goes on "
-             "with each step of the diagram; 0: its time goes on by itself"}};
-    Argument<std::string> states{
-        this, "states", {.initial = "joint_states", .doc = "topic of sensor_msgs/JointState"}};
-    Argument<std::string> effort{this,
-                                 "effort",
-                                 {.initial = CommandTopics{}.effort,
-                                  .doc = "topic of the mode Torque: std_msgs/Float64MultiArray, as an "
-                                         "effort controller takes it; empty: there is none"}};
-    Argument<std::string> velocity{
-        this, "velocity", {.initial = CommandTopics{}.velocity, .doc = "of the mode Velocity, the same"}};
-    Argument<std::string> position{
-        this,
-        "position",
-        {.initial = CommandTopics{}.position, .doc = "of the mode Position Direct, the same"}};
-    Argument<std::string> trajectory{
-        this,
-        "trajectory",
-        {.initial = CommandTopics{}.trajectory,
-         .doc = "of the mode Position: trajectory_msgs/JointTrajectory; empty: there is none"}};
-    Argument<std::vector<std::string>> wrenches{
-        this, "wrenches", {.doc = "force/torque sensors, each as name=topic of geometry_msgs/WrenchStamped"}};
-    Argument<std::vector<std::string>> imus{
-        this, "imus", {.doc = "inertial sensors, each as name=topic of sensor_msgs/Imu"}};
-    middleware::ThreadArguments thread{this};
+    explicit RobotBlock(const Arguments& arguments)
+        : TopicRobotBlock(arguments, {"ROS 1", "use_stamps", CommandTopics{}, name_rules}) {}
 
   private:
-    std::unique_ptr<middleware::RobotLink> make_link() const override {
-        return middleware::make_threaded_link(
-            "ROS 1 robot in the namespace " + *name_space,
-            middleware::make_topic_robot(
-                std::make_unique<Topics>(NodeOptions{.name = node, .remap = remap, .name_space = name_space}),
-                {.kind = "ROS 1 robot",
-                 .joints = joint_names(),
-                 .states = states,
-                 .commands = {effort, velocity, position, trajectory},
-                 .wrenches = wrenches,
-                 .imus = imus,
-                 .is_clock = use_stamps,
-                 .patience = 0.8 * start_timeout, // so that it says why itself
-                 .step_size = step_size}),
-            thread);
+    std::unique_ptr<middleware::RobotTopics> make_topics() const override {
+        return std::make_unique<Topics>(NodeOptions{.name = node, .remap = remap, .name_space = name_space});
     }
 };
 

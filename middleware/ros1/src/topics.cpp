@@ -1,5 +1,6 @@
 // Topics of any type of message that this machine has, whose fields are ports.
 #include "connection.hpp"
+#include "names.hpp"
 
 namespace bf::ros1 {
 
@@ -9,7 +10,8 @@ constexpr middleware::MessageTypes types{
     [](const std::string& name) -> std::shared_ptr<const middleware::MessageType> {
         return MessageType::find(name);
     },
-    "std_msgs/Float64", "type of its messages, of any package that is installed, such as sensor_msgs/Imu"};
+    "std_msgs/Float64", "type of its messages, of any package that is installed, such as sensor_msgs/Imu",
+    name_rules};
 
 /// What the blocks have beside those of other middlewares.
 template <class Base> class RosTopic : public Base {

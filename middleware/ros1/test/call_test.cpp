@@ -127,7 +127,6 @@ TEST_F(Ros1Calls, RefuseWhatServicesCannotBe) {
     expect_contains(wrong(", type: std_srvs/SetBool, fields: \"{'date'}\""),
                     "std_srvs/SetBoolRequest has no numbers 'date'; it has data");
     expect_contains(wrong(", texts: \"{'a=b'}\""), "std_srvs/TriggerRequest has no text 'a'");
-    expect_contains(refusal(calling(", service: 'a b'", "u: c.call", "u: {}")), "c: service 'a b': ");
 }
 
 TEST_F(Ros1Calls, AreNoneOfABag) {

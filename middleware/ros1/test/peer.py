@@ -8,6 +8,7 @@ peer.py bag FILE COMPRESSION EXPR    writes a bag: EXPR calls write(topic, type,
 peer.py index FILE                   prints what rosbag's own reader has: topic, time in ns, message
 peer.py reindex FILE                 does what `rosbag reindex` does to a bag that was cut
 peer.py md5 TYPE...                  prints the md5 of the types of messages or services, a line each
+peer.py legal NAME...                prints of each whether rosgraph takes it as a name, and as that of a node
 peer.py see TYPE TOPIC EXPR          prints what EXPR makes of the next message m
 peer.py effort NAMESPACE KP KD N     drives a served robot to 0 by efforts, a command for each of N states, and prints their times and positions
 peer.py path NAMESPACE JOINT X       sends a trajectory to X, and prints where the joint is when it is there
@@ -26,6 +27,7 @@ import time
 
 import genpy.dynamic
 import rosbag
+import rosgraph.names
 import rospy
 
 
@@ -67,6 +69,11 @@ def send(name, topic, rate, expression):
         publisher.publish(m)
         k += 1
         time.sleep(1 / float(rate))
+
+
+def legal(*names):
+    for name in names:
+        say(int(rosgraph.names.is_legal_name(name)), int(rosgraph.names.is_legal_base_name(name)))
 
 
 def transforms_type():

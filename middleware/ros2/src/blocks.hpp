@@ -15,9 +15,8 @@ struct RosNode {
     std::shared_ptr<Live> open() const { return std::make_shared<Node>(options); }
 };
 
-/// The arguments of a node as rcl takes them. `problems` gets what is wrong with them.
-std::vector<std::string> node_arguments(const std::vector<std::string>& remap, bool use_sim_time,
-                                        std::vector<std::string>& problems);
+/// The arguments of a node as rcl takes them.
+std::vector<std::string> node_arguments(const std::vector<std::string>& remap, bool use_sim_time);
 
 /// Streams over a node that is open, which outlives them.
 std::shared_ptr<toolbox::StreamConnection> streams_over(Node& node);

@@ -1,6 +1,7 @@
 // Calls of services of any type that this machine has.
 #include "bf/middleware/calls.hpp"
 #include "blocks.hpp"
+#include "names.hpp"
 #include "types.hpp"
 
 namespace bf::ros2 {
@@ -11,7 +12,7 @@ constexpr middleware::ServiceTypes service_types{[](const std::string& name) -> 
                                                      const auto type = ServiceType::find(name);
                                                      return {type.request, type.response};
                                                  },
-                                                 "std_srvs/srv/Trigger"};
+                                                 "std_srvs/srv/Trigger", name_rules};
 
 class Call final : public middleware::CallBlock {
   public:

@@ -4,6 +4,7 @@
 #include "bf/middleware/topics.hpp"
 #include "blocks.hpp"
 #include "messages.hpp"
+#include "names.hpp"
 #include "types.hpp"
 
 #include <Eigen/Core>
@@ -197,7 +198,9 @@ class Pictures final : public Sender {
 class PublishCamera final : public Block {
   public:
     explicit PublishCamera(const Arguments& arguments) : Block(arguments) {
-        if (topic->empty()) problem("argument 'topic' is empty; name the camera, such as camera");
+        std::vector<std::string> problems;
+        middleware::check_name(name_rules.topic, "topic", topic, problems);
+        for (auto& text : problems) problem(std::move(text));
         if (!with_colour && !with_depth)
             problem("the camera shows nothing; let with_colour or with_depth be true");
     }

@@ -3,6 +3,7 @@
 #include "bf/middleware/exchange.hpp"
 #include "bf/middleware/topics.hpp"
 #include "blocks.hpp"
+#include "names.hpp"
 #include "types.hpp"
 
 #include <action_msgs/msg/goal_status_array.h>
@@ -222,33 +223,14 @@ std::vector<std::string> starting_with(const std::string& prefix, const std::vec
 class SendGoal final : public Block {
   public:
     explicit SendGoal(const Arguments& arguments) : Block(arguments) {
-        if (action->empty())
-            problem("argument 'action' is empty; name the action, such as "
-                    "joint_trajectory_controller/follow_joint_trajectory");
+        std::vector<std::string> problems;
+        middleware::check_name(name_rules.topic, "action", action, problems);
         try {
             type_ = ActionType::find(type);
         } catch (const std::runtime_error& error) {
-            problem(std::string("argument 'type': ") + error.what());
-            return;
+            problems.push_back(std::string("argument 'type': ") + error.what());
         }
-        std::vector<std::string> problems;
-        inputs_.add(*this, *type_.goal.request,
-                    fields_of(*type_.goal.request, fields, "fields", problems, "goal."));
-        texts_ = texts_of(*type_.goal.request, texts, problems);
-        const auto add = [&](FieldOutputs& outputs, const MessageType& its, const std::string& prefix) {
-            const auto named = starting_with(prefix, answer_fields);
-            if (named.empty() && !answer_fields->empty()) return;
-            outputs.add(*this, its, fields_of(its, named, "answer_fields", problems, prefix), !named.empty(),
-                        starting_with(prefix, sizes), problems);
-        };
-        add(feedback_, *type_.feedback, "feedback.");
-        add(result_, *type_.result.response, "result.");
-        for (const auto* list : {&*answer_fields, &*sizes})
-            for (const auto& text : *list)
-                if (!text.starts_with("feedback.") && !text.starts_with("result."))
-                    problems.push_back("'" + text +
-                                       "' is neither of the feedback nor of the result; write it "
-                                       "as feedback.field or result.field");
+        if (type_.feedback) add_ports(problems);
         for (auto& text : problems) problem(std::move(text));
     }
 
@@ -371,6 +353,26 @@ class SendGoal final : public Block {
     }
 
   private:
+    void add_ports(std::vector<std::string>& problems) {
+        inputs_.add(*this, *type_.goal.request,
+                    fields_of(*type_.goal.request, fields, "fields", problems, "goal."));
+        texts_ = texts_of(*type_.goal.request, texts, problems);
+        const auto add = [&](FieldOutputs& outputs, const MessageType& its, const std::string& prefix) {
+            const auto named = starting_with(prefix, answer_fields);
+            if (named.empty() && !answer_fields->empty()) return;
+            outputs.add(*this, its, fields_of(its, named, "answer_fields", problems, prefix), !named.empty(),
+                        starting_with(prefix, sizes), problems);
+        };
+        add(feedback_, *type_.feedback, "feedback.");
+        add(result_, *type_.result.response, "result.");
+        for (const auto* list : {&*answer_fields, &*sizes})
+            for (const auto& text : *list)
+                if (!text.starts_with("feedback.") && !text.starts_with("result."))
+                    problems.push_back("'" + text +
+                                       "' is neither of the feedback nor of the result; write it "
+                                       "as feedback.field or result.field");
+    }
+
     ActionType type_;
     FieldInputs inputs_;
     FieldOutputs feedback_, result_;

@@ -5,6 +5,7 @@
 #include "bf/toolbox/streams.hpp"
 #include "blocks.hpp"
 #include "messages.hpp"
+#include "names.hpp"
 
 #include <algorithm>
 #include <atomic>
@@ -14,14 +15,9 @@
 
 namespace bf::ros2 {
 
-std::vector<std::string> node_arguments(const std::vector<std::string>& remap, bool use_sim_time,
-                                        std::vector<std::string>& problems) {
+std::vector<std::string> node_arguments(const std::vector<std::string>& remap, bool use_sim_time) {
     std::vector<std::string> all;
-    for (const auto& rule : remap) {
-        if (rule.find(":=") == std::string::npos)
-            problems.push_back("argument 'remap': '" + rule + "' is not given as from:=to");
-        all.insert(all.end(), {"-r", rule});
-    }
+    for (const auto& rule : remap) all.insert(all.end(), {"-r", rule});
     if (use_sim_time) all.insert(all.end(), {"-p", "use_sim_time:=true"});
     return all;
 }
@@ -186,7 +182,7 @@ class NodeBlock final : public Block {
   public:
     explicit NodeBlock(const Arguments& arguments) : Block(arguments) {
         std::vector<std::string> problems;
-        arguments_ = node_arguments(remap, use_sim_time, problems);
+        middleware::check_node(name_rules, "name", name, name_space, remap, problems);
         for (auto& text : problems) problem(std::move(text));
     }
     Argument<std::string> name{this, "name", {.initial = "blockfactory", .doc = "of the node"}};
@@ -199,7 +195,8 @@ class NodeBlock final : public Block {
         "use_sim_time",
         {.initial = false, .doc = "time is what a simulator sends on /clock, 0 until it does"}};
     Provides<RosNode> node{this, [this]() -> std::shared_ptr<const RosNode> {
-                               return std::make_shared<RosNode>(RosNode{{name, name_space, arguments_}});
+                               return std::make_shared<RosNode>(
+                                   RosNode{{name, name_space, node_arguments(remap, use_sim_time)}});
                            }};
     Provides<toolbox::StreamNetwork> network{
         this, []() -> std::shared_ptr<const toolbox::StreamNetwork> { return std::make_shared<Network>(); }};
@@ -209,9 +206,6 @@ class NodeBlock final : public Block {
         static_cast<Streams&>(at[network]).use(at[node]);
     }
     void stop(Now at) const noexcept override { at[node].close(); }
-
-  private:
-    std::vector<std::string> arguments_;
 };
 
 } // namespace

@@ -1,8 +1,10 @@
 // The plugin Ros2.
 #include "bf/middleware/served_robot.hpp"
+#include "bf/middleware/topic_robot_block.hpp"
 #include "blocks.hpp"
 #include "end.hpp"
 #include "messages.hpp"
+#include "names.hpp"
 #include "parameters.hpp"
 #include "robot.hpp"
 #include "types.hpp"
@@ -13,79 +15,15 @@ namespace bf::ros2 {
 
 namespace {
 
-class RobotBlock final : public middleware::RemoteRobot {
+class RobotBlock final : public middleware::TopicRobotBlock {
   public:
-    explicit RobotBlock(const Arguments& arguments) : RemoteRobot(arguments) {
-        require_names_of(wrenches, "topic");
-        require_names_of(imus, "topic");
-        std::vector<std::string> problems;
-        arguments_ = node_arguments(remap, use_sim_time, problems);
-        for (auto& text : problems) problem(std::move(text));
-    }
-    Argument<std::string> name_space{
-        this,
-        "namespace",
-        {.initial = "/", .doc = "of the robot, in which names are that do not begin with /"}};
-    Argument<std::string> node{this, "node", {.initial = "blockfactory", .doc = "name of our node"}};
-    Argument<std::vector<std::string>> remap{
-        this, "remap", {.doc = "names that stand for others, each as from:=to"}};
-    Argument<bool> use_sim_time{this,
-                                "use_sim_time",
-                                {.initial = false,
-                                 .doc = "the robot's time is that of its states' headers, as of a simulator, "
-                                        "which then drives the loop"}};
-    Argument<double> step_size{
-        this,
-        "step_size",
-        {.initial = 0,
-         .minimum = 0,
-         .maximum = 10,
-         .doc =
-             "of a robot that stands still until it is commanded, as bf serve --ros2 has it, s: it goes on "
-             "with each step of the diagram; 0: its time goes on by itself"}};
-    Argument<std::string> states{
-        this, "states", {.initial = "joint_states", .doc = "topic of sensor_msgs/msg/JointState"}};
-    Argument<std::string> effort{this,
-                                 "effort",
-                                 {.initial = CommandTopics{}.effort,
-                                  .doc = "topic of the mode Torque: std_msgs/msg/Float64MultiArray, as an "
-                                         "effort controller takes it; empty: there is none"}};
-    Argument<std::string> velocity{
-        this, "velocity", {.initial = CommandTopics{}.velocity, .doc = "of the mode Velocity, the same"}};
-    Argument<std::string> position{
-        this,
-        "position",
-        {.initial = CommandTopics{}.position, .doc = "of the mode Position Direct, the same"}};
-    Argument<std::string> trajectory{
-        this,
-        "trajectory",
-        {.initial = CommandTopics{}.trajectory,
-         .doc = "of the mode Position: trajectory_msgs/msg/JointTrajectory; empty: there is none"}};
-    Argument<std::vector<std::string>> wrenches{
-        this,
-        "wrenches",
-        {.doc = "force/torque sensors, each as name=topic of geometry_msgs/msg/WrenchStamped"}};
-    Argument<std::vector<std::string>> imus{
-        this, "imus", {.doc = "inertial sensors, each as name=topic of sensor_msgs/msg/Imu"}};
-    middleware::ThreadArguments thread{this};
+    explicit RobotBlock(const Arguments& arguments)
+        : TopicRobotBlock(arguments, {"ROS 2", "use_sim_time", CommandTopics{}, name_rules}) {}
 
   private:
-    std::unique_ptr<middleware::RobotLink> make_link() const override {
-        return middleware::make_threaded_link(
-            "ROS 2 robot in the namespace " + *name_space,
-            middleware::make_topic_robot(make_robot_topics({node, name_space, arguments_}, step_size > 0),
-                                         {.kind = "ROS 2 robot",
-                                          .joints = joint_names(),
-                                          .states = states,
-                                          .commands = {effort, velocity, position, trajectory},
-                                          .wrenches = wrenches,
-                                          .imus = imus,
-                                          .is_clock = use_sim_time,
-                                          .patience = 0.9 * start_timeout, // so that it says why itself
-                                          .step_size = step_size}),
-            thread);
+    std::unique_ptr<middleware::RobotTopics> make_topics() const override {
+        return make_robot_topics({node, name_space, node_arguments(remap, is_clock)}, step_size > 0);
     }
-    std::vector<std::string> arguments_;
 };
 
 } // namespace

@@ -1,6 +1,7 @@
 // Topics of any type of message that this machine has, whose fields are ports.
 #include "bf/middleware/topics.hpp"
 #include "blocks.hpp"
+#include "names.hpp"
 #include "types.hpp"
 
 namespace bf::ros2 {
@@ -12,7 +13,7 @@ constexpr middleware::MessageTypes types{
         return MessageType::find(name);
     },
     "std_msgs/msg/Float64",
-    "type of its messages, of any package that is installed, such as sensor_msgs/msg/Imu"};
+    "type of its messages, of any package that is installed, such as sensor_msgs/msg/Imu", name_rules};
 
 /// What the blocks have beside those of other middlewares.
 template <class Base> class RosTopic : public Base {

@@ -96,7 +96,7 @@ TEST_F(Ros2Camera, RefusesWhatIsNone) {
     };
     expect_contains(wrong(", with_colour: false"),
                     "the camera shows nothing; let with_colour or with_depth be true");
-    expect_contains(wrong(", topic: ''"), "argument 'topic' is empty; name the camera");
+    expect_contains(wrong(", topic: ''"), "argument 'topic': '' is no name of ROS 2: ");
     expect_contains(refusal(model("  c: {block: Ros2/PublishCamera, width: 8, height: 4}\n", "u: c.colour",
                                   "u: {shape: [4, 8], type: uint8}")),
                     "c: input 'colour'");

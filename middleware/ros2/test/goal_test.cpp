@@ -155,7 +155,7 @@ TEST_F(Ros2Goals, RefuseWhatActionsCannotBe) {
     expect_contains(its(", answer_fields: \"{'status'}\""),
                     "'status' is neither of the feedback nor of the result; write it as feedback.field or "
                     "result.field");
-    expect_contains(its(", action: ''"), "argument 'action' is empty; name the action");
+    expect_contains(its(", action: ''"), "argument 'action': '' is no name of ROS 2: ");
 }
 
 } // namespace bf::ros2::test

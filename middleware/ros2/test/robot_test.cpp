@@ -313,12 +313,12 @@ TEST_F(Ros2Robot, SaysWhatIsMissing) {
     };
     expect_contains(wrong(""),
                     "world: ROS 2 robot in the namespace /icub: no message came on the topic 'joint_states' "
-                    "within 1.8 s; start the robot, or correct namespace and states");
+                    "within 1.6 s; start the robot, or correct namespace and states");
     expect_contains(wrong(", imus: \"{'base'}\""), "the sensor 'base' is not given as name=topic");
     InRealTime served("/icub");
     expect_contains(
         wrong(", joints: \"{'l_knee', 'r_knee'}\""),
-        "the topic 'joint_states' tells nothing of r_knee within 1.8 s; it has l_hip_pitch, l_knee, "
+        "the topic 'joint_states' tells nothing of r_knee within 1.6 s; it has l_hip_pitch, l_knee, "
         "l_ankle_roll");
     Running deaf(
         remote("  c: {block: Constant, value: [0 0 0]}\n  drive: {block: WholeBodyToolbox/SetReferences, "

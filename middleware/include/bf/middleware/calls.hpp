@@ -22,6 +22,7 @@ struct ServiceParts {
 struct ServiceTypes {
     ServiceParts (*find)(const std::string& name); ///< throws std::runtime_error
     const char* usual;                             ///< where none is said
+    const NameRules& names;
 };
 
 /// The step leaves the numbers of a request, and the thread of an Outbox sends it.

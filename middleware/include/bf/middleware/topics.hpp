@@ -5,6 +5,7 @@
 #include "bf/middleware/clock.hpp"
 #include "bf/middleware/exchange.hpp"
 #include "bf/middleware/fields.hpp"
+#include "bf/middleware/names.hpp"
 #include "bf/middleware/outbox.hpp"
 
 #include <atomic>
@@ -21,6 +22,7 @@ struct MessageTypes {
     std::shared_ptr<const MessageType> (*find)(const std::string& name); ///< throws std::runtime_error
     const char* usual;                                                   ///< where none is said
     const char* doc;                                                     ///< of the argument that says one
+    const NameRules& names;
 };
 
 /// What Publish and Subscribe have in common.

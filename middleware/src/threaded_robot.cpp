@@ -10,12 +10,14 @@
 #include <cerrno>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <ctime>
 #include <future>
 #include <memory>
 #include <optional>
 #include <stdexcept>
 #include <thread>
+#include <unistd.h>
 
 namespace bf::middleware {
 
@@ -32,6 +34,16 @@ struct Vectors {
 /// Copies a message that was not taken yet.
 bool take(const Exchange& from, double* values, Stamp& last) noexcept {
     return from.newest() != last.number && from.read(values, last);
+}
+
+/// Has the program end without the destructors of its globals, which a call that never came back still uses.
+void keep_globals() noexcept {
+    [[maybe_unused]] static const int once = ::on_exit(
+        [](int code, void*) {
+            std::fflush(nullptr);
+            ::_exit(code);
+        },
+        nullptr);
 }
 
 /// The thread and what it shares with the step. It lives until both have let it go, as a call of the driver
@@ -75,10 +87,12 @@ class Worker : public std::enable_shared_from_this<Worker> {
         if (!thread_.joinable()) return;
         for (const double end = now() + patience; !is_done_ && now() < end;)
             bell_.wait(0.05, [&] { return is_done_.load(); });
-        if (is_done_)
+        if (is_done_) {
             thread_.join();
-        else
+        } else {
             thread_.detach();
+            keep_globals();
+        }
     }
     bool take_state(double* state, Stamp& stamp) noexcept {
         if (!take(vectors_->state, state, state_)) return false;

@@ -160,6 +160,7 @@ class TopicRobot final : public toolbox::RobotConnection {
     }
 
     double age() const noexcept override {
+        if (is_stepped()) return 0; // it stands still until it is commanded: its last state is that of now
         const std::lock_guard lock(mutex_);
         return now() - came_.minCoeff();
     }

@@ -265,6 +265,7 @@ inline void expect_each_step_at_its_time(const std::string& world, const std::st
         if (k % static_cast<std::size_t>(ratio) != 0) continue;
         ASSERT_NEAR(remote.scalar("world.time"), 0.001 * static_cast<double>(k), 1e-12);
         ASSERT_NEAR(remote.scalar("world.drift"), 0, 1e-12);
+        ASSERT_EQ(remote.scalar("world.age"), 0) << "the robot's time stands still between two steps";
         ASSERT_EQ(remote.get("look.y"), expected[k]) << "at " << k << " ms";
     }
 }

@@ -1,16 +1,20 @@
 // A robot behind topics that the test has itself.
+#include "bf/core/block.hpp"
 #include "bf/middleware/clock.hpp"
+#include "bf/middleware/threaded_robot.hpp"
 #include "bf/middleware/topic_end.hpp"
 #include "bf/middleware/topic_robot.hpp"
 
 #include <chrono>
 #include <cmath>
+#include <cstdlib>
 #include <functional>
 #include <gtest/gtest.h>
 #include <limits>
 #include <map>
 #include <stdexcept>
 #include <thread>
+#include <unistd.h>
 
 namespace bf::middleware::test {
 namespace {
@@ -23,7 +27,7 @@ using Numbers = std::vector<double>;
 struct Network {
     std::map<std::string, std::vector<Numbers>> sent; ///< by topic
     std::function<void(const JointStates&)> states;
-    bool takes_joints_back = false, answers = true;
+    bool takes_joints_back = false, answers = true, never_answers = false;
     std::function<std::string()> other_driver = [] { return ""; };
     int farewells = 0;
 
@@ -48,7 +52,9 @@ class Recorder final : public CommandTopic {
 class Topics final : public RobotTopics {
   public:
     Topics(Network& network, std::function<void()> opened) : its_(network), opened_(std::move(opened)) {}
-    void open() override {}
+    void open() override {
+        while (its_.never_answers) std::this_thread::sleep_for(std::chrono::seconds(1));
+    }
     void close() noexcept override {}
     std::shared_ptr<void> hear_states(const std::string&,
                                       std::function<void(const JointStates&)> taken) override {
@@ -232,6 +238,27 @@ TEST(TopicRobot, IsCommandedInTheOrderOfItsStatesWhereItIsOneOfOurs) {
     part.network.takes_joints_back = true;
     part.driver.robot->start();
     EXPECT_FALSE(part.driver.robot->set_mode(ControlMode::torque)) << "its commands are of all joints";
+}
+
+/// What the destructors of globals take away, the call may still use.
+TEST(ThreadedRobot, LetsAProgramEndWithoutDestructorsOfGlobalsWhereACallNeverComesBack) {
+    struct Owner : Block {
+        ThreadArguments thread{this};
+    };
+    const auto ends = [] {
+        std::atexit([] { ::_exit(3); }); // as those destructors, it is called behind what came later
+        Driven robot(well);
+        robot.network.never_answers = true;
+        const Owner owner;
+        const auto link = make_threaded_link("robot", std::move(robot.driver), owner.thread);
+        try {
+            link->start(0.1);
+        } catch (const std::runtime_error&) {
+            link->stop();
+        }
+        std::exit(7);
+    };
+    EXPECT_EXIT(ends(), testing::ExitedWithCode(7), "");
 }
 
 TEST(TopicRobot, IsNotDrivenByTwo) {

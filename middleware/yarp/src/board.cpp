@@ -300,7 +300,10 @@ class Board final : public toolbox::RobotConnection {
                                : "does not go on; look at its simulator");
         return false;
     }
-    double age() const noexcept override { return middleware::now() - newest_.came.minCoeff(); }
+    /// Where a simulator is led, which stands still meanwhile, its last state is that of now.
+    double age() const noexcept override {
+        return simulator_ ? 0 : middleware::now() - newest_.came.minCoeff();
+    }
 
     /// Positions are looked at, and the others are those of the same state. Where it is led, that of the time
     /// has come before.

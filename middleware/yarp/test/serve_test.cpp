@@ -322,6 +322,7 @@ TEST_F(YarpServe, IsDrivenInLockstepByADiagram) {
     double worst = 0;
     for (const auto& value : expected) {
         ASSERT_TRUE(run.step()) << run.simulation.failure();
+        ASSERT_EQ(run.scalar("world.age"), 0) << "the simulator stands still between two steps";
         Eigen::VectorXd all(21);
         all << run.get("s.y"), run.get("wrench.y"), run.get("imu.y");
         worst = std::max(worst, (all - Eigen::VectorXd(value)).norm() / (1 + value.norm()));

@@ -75,7 +75,12 @@ class Shown {
                                      " do not open; look whether another program has them");
         shows_.view(thread_);
     }
-    ~Shown() { shows_.close(); }
+    /// Its memory stays: a port that is destroyed after its connection was lost tells the writers of messages
+    /// it did not send, and those of controlBoard_nws_yarp (YARP 3.5) are destroyed before it.
+    ~Shown() {
+        static auto& closed = *new std::list<dev::DeviceDriver*>;
+        if (auto* const device = shows_.take()) closed.emplace_back(device)->close();
+    }
     /// From now on it shows only what show() asks for.
     void take_over() {
         if (thread_ == nullptr) throw std::runtime_error("this YARP's devices cannot be stepped");

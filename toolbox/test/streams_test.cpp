@@ -447,6 +447,28 @@ TEST(SimulatorSynchronizer, StepsAnotherModelByItsInterval) {
     expect_contains(refusal(alone), "sync: no simulator answers at '/clock/rpc' within 0.1 s");
 }
 
+/// Anybody may write the stream by which a simulator is asked.
+TEST(SimulatorClock, LeavesOutRequestsThatAreNone) {
+    Running served(simulator("odd"));
+    Running other("model: m\nstep: 0.01\ninputs: {u: {shape: 3}}\nblocks:\n" + network("odd") +
+                  "  x: {block: WholeBodyToolbox/StreamWrite, stream: \"'/clock/rpc?request'\"}\n"
+                  "connections: {u: x}\n");
+    ASSERT_TRUE(served.step());
+    for (const auto& [command, steps] : {std::pair(4.0, 1.0),
+                                         {-1.0, 0.0},
+                                         {1e300, 0.0},
+                                         {std::nan(""), 0.0},
+                                         {3.0, 1e300},
+                                         {3.0, -1.0},
+                                         {3.0, std::nan("")}}) {
+        other.set("u", Eigen::Vector3d(1, command, steps));
+        ASSERT_TRUE(other.step());
+        for (int k = 0; k < 3; ++k) {
+            ASSERT_TRUE(served.step()) << command << " " << steps << ": " << served.simulation.failure();
+        }
+    }
+}
+
 namespace {
 
 /// The end is asked for a little later, while one lives.

@@ -16,7 +16,7 @@ namespace {
 
 std::string called(const std::string& name) { return "robot '" + name + "' in shared memory"; }
 
-constexpr double mending = 0.2; ///< s within which a server writes anew what was written over
+constexpr double mending = 1; ///< s within which a server writes anew what was written over
 
 class Link final : public middleware::RobotLink {
   public:

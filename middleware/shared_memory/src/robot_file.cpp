@@ -62,9 +62,10 @@ struct flock range(int byte) noexcept {
     return lock;
 }
 
-/// Of the number and all but the last of the words: each step of the sum is one to one in what it had before.
-double check_of(std::uint64_t number, const std::vector<double>& words) noexcept {
-    std::uint64_t sum = number;
+/// Of the time and all but the last of the words: each step of the sum is one to one in what it had before.
+double check_of(double time, const std::vector<double>& words) noexcept {
+    std::uint64_t sum =
+        words.size() ^ std::bit_cast<std::uint64_t>(time); // memory that is cleared is no message
     for (std::size_t i = 0; i + 1 < words.size(); ++i) {
         sum = (sum ^ std::bit_cast<std::uint64_t>(words[i])) *
               0x9e3779b97f4a7c15; // odd: 2^64 over the golden ratio
@@ -85,7 +86,7 @@ bool is_same(const double* a, const double* b, std::size_t count) noexcept {
 
 void CheckedExchange::write(const double* values, double time) noexcept {
     std::copy_n(values, message_.size() - 1, message_.begin());
-    message_.back() = check_of(exchange_.written() + 1, message_);
+    message_.back() = check_of(time, message_);
     time_ = time;
     is_written_ = true;
     exchange_.write(message_.data(), time);
@@ -93,7 +94,7 @@ void CheckedExchange::write(const double* values, double time) noexcept {
 
 bool CheckedExchange::read(Stamp& stamp) noexcept {
     if (!exchange_.read(read_.data(), stamp)) return false;
-    const double check = check_of(stamp.number, read_);
+    const double check = check_of(stamp.time, read_);
     return is_same(&check, &read_.back(), 1);
 }
 
@@ -115,7 +116,6 @@ void CheckedExchange::mend() noexcept {
     if (!is_written_ || (read(stamp) && stamp.number == exchange_.written() &&
                          is_same(read_.data(), message_.data(), message_.size())))
         return;
-    message_.back() = check_of(exchange_.written() + 1, message_);
     exchange_.write(message_.data(), time_);
 }
 
@@ -185,6 +185,8 @@ void RobotFile::create(const std::string& name, const RobotDescription& descript
         std::memset(static_cast<void*>(header_), 0, bytes); // it is all there from now on
         finder_ = {Finder::own_magic, memory};
         place(description, text_.size());
+        if (pwrite(descriptor_, &finder_, sizeof finder_, 0) != sizeof finder_)
+            throw system_error("cannot write " + fresh);
         mend();
         if (rename(fresh.c_str(), file.c_str()) != 0) throw system_error("cannot make " + file);
     } catch (...) {

@@ -13,8 +13,8 @@
 
 namespace bf::shared_memory {
 
-/// An exchange with memory that others may write over: behind each message stands a check of its words and
-/// number, and what does not fit it is no message.
+/// An exchange with memory that others may write over: behind each message stands a check of it, and
+/// what does not fit that is no message.
 class CheckedExchange {
   public:
     static std::size_t bytes(int size) { return middleware::Exchange::bytes(size + 1); }

@@ -286,7 +286,6 @@ TEST(SharedMemoryRobot, LivesOnWhereItsFileIsMadeShorterOrWrittenOver) {
                 ASSERT_TRUE(remote.step()) << remote.simulation.failure();
             }
         }
-        std::this_thread::sleep_for(std::chrono::milliseconds(150)); // at rest, the server mends it
     }
 }
 
@@ -505,6 +504,21 @@ TEST(SharedMemoryRobot, DistrustsMemory) {
                         here + "its memory is ");
     }
     shmctl(other, IPC_RMID, nullptr);
+    std::mt19937_64 random(1);
+    for (std::size_t at = 0, end = 256; at < end; at += 8)
+        for (const std::uint64_t word : {random(), ~std::uint64_t{0}}) {
+            auto served = make_end(robot_name("bad"));
+            served->start(one_joint());
+            {
+                const Overwritten memory("bad");
+                std::uint32_t text = 0;
+                std::memcpy(&text, memory.memory + 4, sizeof text);
+                end = 256 + text;
+                memory.write(at, word);
+            }
+            expect_contains(refusal(diagram(icub_at("bad", ", start_timeout: 0.01, joints: \"{'a'}\""))),
+                            here);
+        }
 }
 
 TEST(SharedMemoryRobot, RefusesReferencesThatAreNotFinite) {

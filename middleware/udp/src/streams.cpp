@@ -361,7 +361,7 @@ void StreamsConnection::take(const Head& head, std::span<const std::byte> conten
         reader.arrivals.begin(head.number);
         reader.last = 0;
     }
-    if (!reader.arrivals.come(head.number) || !is_first) return;
+    if (!reader.arrivals.come(head.number)) return;
     reader.heard = reader.writer_heard = middleware::now();
     if (head.number < reader.last) return;
     reader.last = head.number;

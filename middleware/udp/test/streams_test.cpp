@@ -176,6 +176,52 @@ TEST(UdpStreams, AreNotTakenOverByAMessageThatWasKeptBack) {
     EXPECT_GT(reader.scalar("network.rejected"), 0);
 }
 
+TEST(UdpStreams, HaveOneWriterAndTheNextOneAtOnceWhenThatHasEnded) {
+    const int a = free_port();
+    Running reader(reading(a, "", ""));
+    bool is_heard = false;
+    for (int tries = 0; tries < 5 && !is_heard; ++tries) { // a machine may stand still for a second
+        Running first(sending(free_port(), peer(a), 1));
+        meet(first, reader);
+        BadWay way(a, {});
+        Running second(sending(free_port(), peer(way.port()), 1, ", autoconnect: true"));
+        for (int k = 1; k <= 20; ++k) {
+            ASSERT_TRUE(send(second, 100 + k) && send(first, k) && comes(reader, k)) << reader.get("x.y")(0);
+            usleep(5000);
+            ASSERT_TRUE(reader.step());
+            ASSERT_EQ(reader.get("x.y")(0), k);
+        }
+        first.simulation.stop();
+        usleep(50'000);
+        for (const auto& datagram : way.to_server()) way.send_again(datagram);
+        usleep(50'000);
+        ASSERT_TRUE(reader.step());
+        ASSERT_EQ(reader.get("x.y")(0), 20) << "what was left out is no message when it is sent again";
+        is_heard = send(second, 7) && comes(reader, 7);
+    }
+    EXPECT_TRUE(is_heard);
+}
+
+/// Who was killed says no word, and somebody else sends again what he said when he lived.
+TEST(UdpStreams, GoOverToTheNextWriterThoughTheDeadOneIsHeardAgainAndAgain) {
+    const int a = free_port();
+    Running reader(reading(a, "", ""));
+    BadWay way(a, {});
+    std::vector<std::string> recorded;
+    {
+        Running killed(sending(free_port(), peer(way.port()), 1));
+        meet(killed, reader);
+        way.is_cut = true; // and nothing of its end is heard
+        recorded = way.to_server();
+    }
+    Running next(sending(free_port(), peer(a), 1));
+    for (int k = 0; k < 500 && reader.get("x.y")(0) != 7; ++k, usleep(10'000)) {
+        for (const auto& datagram : recorded) way.send_again(datagram);
+        ASSERT_TRUE(send(next, 7) && reader.step());
+    }
+    EXPECT_EQ(reader.get("x.y")(0), 7);
+}
+
 TEST(UdpStreams, SayWhoSentWhatIsNotFinite) {
     const int a = free_port(), b = free_port();
     Running reader(reading(a, "", ", wait_for_data: true, timeout: 0.05"));

@@ -309,7 +309,7 @@ std::vector<Differential::Part> Differential::reads(const Plan& plan) const {
         if (read < 0 || !its.is_real) return;
         for (const auto& part : parts)
             if (part.slopes == read) return;
-        parts.push_back({read, frame.now[slot], d_.slot({plan.node, slot}).type, its.count});
+        parts.push_back({read, slot, frame.now[slot], d_.slot({plan.node, slot}).type, its.count});
     };
     if (plan.rule) {
         for (const auto& operand : plan.rule->operands)
@@ -336,11 +336,11 @@ std::vector<Differential::Part> Differential::writes(const Plan& plan) const {
         const auto& its = places_[static_cast<std::size_t>(plan.node)][static_cast<std::size_t>(slot)];
         const Type type = d_.slot({plan.node, slot}).type;
         if (to == Call::Source::next)
-            parts.push_back({its.next, frame.next[slot], type, its.count});
+            parts.push_back({its.next, slot, frame.next[slot], type, its.count});
         else if (to == Call::Source::rate)
-            parts.push_back({its.rate, frame.rate[slot], type, its.count});
+            parts.push_back({its.rate, slot, frame.rate[slot], type, its.count});
         else if (its.own >= 0)
-            parts.push_back({its.own, frame.now[slot], type, its.count});
+            parts.push_back({its.own, slot, frame.now[slot], type, its.count});
     };
     if (plan.rule) {
         for (const auto& operand : plan.rule->operands)
@@ -401,102 +401,92 @@ void Differential::check_finite(const Plan& plan, bool is_finite) const {
              "another one");
 }
 
-/// Slopes of what is written from those of what is read, as `differentiate` gives the derivatives along
-/// directions in all elements that are read: along each of them, which is the local Jacobian, or along each
-/// seed, whichever are less.
-bool Differential::write(const Plan& plan, const Differentiate& differentiate) {
+Differential::Directions Differential::directions() {
+    rows(read_, elements_);
+    Directions along{.seeds = seeds_of(elements_)};
+    along.are_elements = elements_.size() < along.seeds.size();
+    along.count = static_cast<Eigen::Index>(along.are_elements ? elements_.size() : along.seeds.size());
+    return along;
+}
+
+Matrix Differential::changes_of(std::size_t first, std::size_t count, const Directions& along) const {
+    Matrix changes = Matrix::Zero(static_cast<Eigen::Index>(count), along.count);
+    for (std::size_t e = 0; e < count; ++e) {
+        const auto row = static_cast<Eigen::Index>(e);
+        if (along.are_elements) {
+            changes(row, static_cast<Eigen::Index>(first + e)) = 1;
+            continue;
+        }
+        const auto& its = elements_[first + e];
+        auto seed = std::lower_bound(along.seeds.begin(), along.seeds.end(), its.first);
+        for (; seed != along.seeds.end() && *seed < its.end; ++seed)
+            changes(row, seed - along.seeds.begin()) = its.values[*seed - its.first];
+    }
+    return changes;
+}
+
+void Differential::put(const Plan& plan, const Part& part, const Eigen::Ref<const Matrix>& changes,
+                       const Directions& along) {
+    check_finite(plan, changes.allFinite());
+    Slopes& its = slopes(part.slopes);
+    if (!is_real(part.type)) return its.clear();
+    if (!along.are_elements) return its.assign(changes, along.seeds, memory_);
+    sum(static_cast<std::size_t>(part.count),
+        {{changes.data(),
+          1,
+          changes.outerStride(),
+          elements_.data(),
+          {0, 1, static_cast<int>(along.count)},
+          {0, 1, part.count}}},
+        nullptr, memory_, its);
+    check_finite(plan, its.is_finite());
+}
+
+void Differential::write(const Plan& plan, const Differentiate& differentiate) {
     Eigen::Index results = 0;
     for (const auto& part : plan.writes) results += part.count;
-    if (results == 0) return true;
-    rows(read_, elements_);
-    const auto seeds = seeds_of(elements_);
-    const auto rows = static_cast<Eigen::Index>(elements_.size()),
-               count = static_cast<Eigen::Index>(seeds.size());
-    const bool is_along_elements = rows < count;
-    Matrix slopes = Matrix::Zero(results, is_along_elements ? rows : count);
-    if (is_along_elements) {
-        if (!differentiate(Matrix::Identity(rows, rows), slopes)) return false;
-    } else {
-        Matrix directions = Matrix::Zero(rows, count);
-        for (Eigen::Index e = 0; e < rows; ++e) {
-            const auto& [values, first, end] = elements_[static_cast<std::size_t>(e)];
-            auto seed = std::lower_bound(seeds.begin(), seeds.end(), first);
-            for (; seed != seeds.end() && *seed < end; ++seed)
-                directions(e, seed - seeds.begin()) = values[*seed - first];
-        }
-        if (!differentiate(directions, slopes)) return false;
-    }
-    check_finite(plan, slopes.allFinite());
+    if (results == 0) return;
+    const auto along = directions();
+    Matrix changes = Matrix::Zero(results, along.count);
+    differentiate(changes_of(0, elements_.size(), along), changes);
     Eigen::Index row = 0;
     for (const auto& part : plan.writes) {
-        Slopes& its = this->slopes(part.slopes);
-        if (!is_real(part.type)) {
-            its.clear();
-        } else if (is_along_elements) {
-            const auto elements = static_cast<int>(rows);
-            sum(static_cast<std::size_t>(part.count),
-                {{slopes.data() + row, 1, results, elements_.data(), {0, 1, elements}, {0, 1, part.count}}},
-                nullptr, memory_, its);
-            check_finite(plan, its.is_finite());
-        } else {
-            its.assign(slopes.middleRows(row, part.count), seeds, memory_);
-        }
+        put(plan, part, changes.middleRows(row, part.count), along);
         row += part.count;
     }
-    return true;
 }
 
 /// By what the block says of its methods.
 bool Differential::declared(const Plan& plan) {
     if (!plan.declares) return false;
-    const int node = plan.node;
-    const Phase phase = plan.phase;
-    const auto is_result = [&](int slot) {
-        const auto& its = places_[static_cast<std::size_t>(node)][static_cast<std::size_t>(slot)];
-        switch (phase) {
-        case Phase::output: return d_.slot({node, slot}).role == Role::output && its.own >= 0;
-        case Phase::update: return d_.slot({node, slot}).role == Role::discrete_state && its.own >= 0;
-        default: return d_.slot({node, slot}).role == Role::continuous_state;
-        }
+    if (plan.writes.empty()) return true;
+    const auto along = directions();
+    const auto& block = *plan.declares;
+    const auto slots = static_cast<int>(slots_of(d_, plan.node).size());
+    Changes changes(slots, static_cast<int>(along.count));
+    std::size_t first = 0;
+    for (const auto& part : read_) {
+        const auto count = static_cast<std::size_t>(part.count);
+        for (int s = 0; s < slots; ++s)
+            if (const Role role = d_.slot({plan.node, s}).role;
+                (role == Role::input || is_state(role)) && read_by(plan.node, s) == part.slopes)
+                changes.at(s) = changes_of(first, count, along);
+        first += count;
+    }
+    const auto result = [&](const Part& part) -> Matrix& {
+        return plan.phase == Phase::output   ? changes.at(part.slot)
+               : plan.phase == Phase::update ? changes.next_at(part.slot)
+                                             : changes.rate_at(part.slot);
     };
-    const auto result = [&](Changes& changes, int slot) -> Matrix& {
-        return phase == Phase::output   ? changes.at(slot)
-               : phase == Phase::update ? changes.next_at(slot)
-                                        : changes.rate_at(slot);
-    };
-    return write(plan, [&](const Matrix& directions, Matrix& slopes) {
-        const auto count = static_cast<int>(slots_of(d_, node).size());
-        Changes changes(count, static_cast<int>(directions.cols()));
-        for (int s = 0; s < count; ++s) {
-            const auto& its = place({node, s});
-            const Role role = d_.slot({node, s}).role;
-            if (is_result(s)) result(changes, s) = Matrix::Zero(its.count, directions.cols());
-            if (role != Role::input && !is_state(role)) continue;
-            int row = 0;
-            for (const auto& part : read_) {
-                if (part.slopes == read_by(node, s)) changes.at(s) = directions.middleRows(row, part.count);
-                row += part.count;
-            }
-        }
-        const Now now(context_.frame(node));
-        if (!(phase == Phase::output   ? plan.declares->directional_derivative(now, changes)
-              : phase == Phase::update ? plan.declares->directional_derivative_of_update(now, changes)
-                                       : plan.declares->directional_derivative_of_rates(now, changes)))
-            return false;
-        if (changes.has_corner()) kinks_.insert(node);
-        int i = 0;
-        for (int s = 0; s < count; ++s) {
-            if (!is_result(s)) continue;
-            const int elements = place({node, s}).count;
-            Matrix& its = result(changes, s);
-            if (its.rows() == slopes.rows() && its.cols() == slopes.cols())
-                slopes.swap(its);
-            else
-                slopes.middleRows(i, elements) = its;
-            i += elements;
-        }
-        return true;
-    });
+    for (const auto& part : plan.writes) result(part).setZero(part.count, along.count);
+    const Now now(context_.frame(plan.node));
+    if (!(plan.phase == Phase::output   ? block.directional_derivative(now, changes)
+          : plan.phase == Phase::update ? block.directional_derivative_of_update(now, changes)
+                                        : block.directional_derivative_of_rates(now, changes)))
+        return false;
+    if (changes.has_corner()) kinks_.insert(plan.node);
+    for (const auto& part : plan.writes) put(plan, part, result(part), along);
+    return true;
 }
 
 /// At a corner, central differences are the mean of two slopes: there the flatter one counts, which is also
@@ -615,7 +605,6 @@ void Differential::by_differences(const Plan& plan) {
             along(directions.col(c), slope);
             slopes.col(c) = slope;
         }
-        return true;
     });
     restore();
 }

@@ -78,7 +78,7 @@ class Differential {
     };
     /// Something that an activity reads or writes: its slopes and its memory.
     struct Part {
-        int slopes;
+        int slopes, slot;
         void* data;
         Type type;
         int count;
@@ -156,8 +156,22 @@ class Differential {
     void bend(int node, const Vector& direction, double step, double precision, const Vector& here,
               const Vector& above, const Vector& below, Evaluate&& evaluate, Vector& slopes);
     void rows(const std::vector<Part>& from, std::vector<SlopeRow>& all) const;
-    using Differentiate = std::function<bool(const Matrix& directions, Matrix& slopes)>;
-    bool write(const Plan& plan, const Differentiate& differentiate);
+    /// Along which derivatives are asked for: each element that is read, which gives the local Jacobian, or
+    /// each seed, whichever are less.
+    struct Directions {
+        std::vector<int> seeds;
+        bool are_elements = false;
+        Eigen::Index count = 0;
+    };
+    Directions directions(); ///< of what is read, and its rows
+    /// Changes of some of the elements that are read.
+    Matrix changes_of(std::size_t first, std::size_t count, const Directions& along) const;
+    /// The slopes of what is written, from its changes.
+    void put(const Plan& plan, const Part& part, const Eigen::Ref<const Matrix>& changes,
+             const Directions& along);
+    /// Gives the changes of all that is written from those of all that is read.
+    using Differentiate = std::function<void(const Matrix& read, Matrix& written)>;
+    void write(const Plan& plan, const Differentiate& differentiate);
     void check_finite(const Plan& plan, bool is_finite) const;
     const Task& task(const Plan& plan);
     [[noreturn]] void fail(int node, const std::string& why) const;

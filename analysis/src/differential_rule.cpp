@@ -59,7 +59,7 @@ void Differential::plan_rule(Plan& plan) const {
                            : reference.source == Call::Source::rate ? its.rate
                                                                     : its.own;
             operand.is_result = of >= 0;
-            if (of >= 0) plan.writes.push_back({of, nullptr, operand.type, its.count});
+            if (of >= 0) plan.writes.push_back({of, reference.slot, nullptr, operand.type, its.count});
         }
         // What a rule writes it reads only where rules share a workspace.
         if (reference.source != Call::Source::slot || (is_target && slots[slot].role != Role::workspace))
@@ -68,7 +68,7 @@ void Differential::plan_rule(Plan& plan) const {
         const auto& its = place({plan.node, reference.slot});
         if (of < 0 || !its.is_real) continue;
         operand.slopes = of;
-        plan.reads.push_back({of, nullptr, operand.type, its.count});
+        plan.reads.push_back({of, reference.slot, nullptr, operand.type, its.count});
     }
 }
 
@@ -136,7 +136,6 @@ void Differential::rule(Plan& plan) {
                         slopes(row, first + c) =
                             slope_of(numbers(plan, operand)[e], static_cast<std::size_t>(c));
         }
-        return true;
     });
 }
 
@@ -252,6 +251,7 @@ bool Differential::elementwise(const Plan& plan) {
 bool Differential::formula(const Plan& plan) {
     if (plan.rule->list_from >= 0) return false;
     std::vector<RuleOperand> whole;
+    whole.reserve(plan.operands.size());
     for (const auto& operand : plan.operands) {
         if (operand.type != Type::float64) return false;
         whole.push_back(

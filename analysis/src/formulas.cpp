@@ -36,9 +36,12 @@ bool of_solution(const RuleOperand& x, const RuleOperand& a, const RuleOperand& 
     const auto size = static_cast<std::size_t>(x.rows * x.cols);
     const SlopeRow* right = b.first >= 0 ? elements.data() + b.first : nullptr;
     std::vector<ProductOfSlopes> products;
+    products.reserve(static_cast<std::size_t>(std::max(x.rows, x.cols)));
     std::vector<SlopeRow> symmetric, changes;
     Slopes change;
     if (a.first >= 0) { // dB - dA X
+        symmetric.reserve(static_cast<std::size_t>(a.rows * a.cols));
+        changes.reserve(size);
         for (int j = 0; j < a.cols; ++j)
             for (int i = 0; i < a.rows; ++i)
                 symmetric.push_back(
@@ -67,6 +70,7 @@ bool by_formula(std::string_view kernel, const std::vector<RuleOperand>& operand
     if (may_scale && (is_number(A) || is_number(B))) return false;
     if (is_solution) return of_solution(y, A, B, elements, memory, slopes);
     std::vector<ProductOfSlopes> products;
+    products.reserve(static_cast<std::size_t>(y.rows + y.cols));
     if (A.first >= 0) add_product(A, elements.data() + A.first, B.data, y, products);
     if (B.first >= 0) add_product(A.data, B, elements.data() + B.first, y, products);
     sum(static_cast<std::size_t>(y.rows * y.cols), products, nullptr, memory, slopes);

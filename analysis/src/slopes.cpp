@@ -25,6 +25,12 @@ void cut_zeros(SlopeRow& row) {
     for (; row.first < row.end && is_zero_block(row.values); row.first += block) row.values += block;
     while (row.first < row.end && is_zero_block(row.values + (row.end - row.first) - block)) row.end -= block;
 }
+const double* copied(const SlopeRow& row, SlopeMemory& memory) {
+    const auto count = static_cast<std::size_t>(row.end - row.first);
+    double* const to = memory.take(count);
+    std::copy_n(row.values, count, to);
+    return to;
+}
 void widen(SlopeRow& row, int first, int end) {
     if (first == end) return;
     row.first = row.first == row.end ? first : std::min(row.first, first);
@@ -75,18 +81,15 @@ void Slopes::assign(const Matrix& all, SlopeMemory& memory) {
 void Slopes::assign(const Eigen::Ref<const Matrix>& some, const std::vector<int>& seeds,
                     SlopeMemory& memory) {
     rows_.clear();
+    if (seeds.empty()) return;
+    const int first = begin_of(seeds.front()), end = end_of(seeds.back());
+    std::vector<double> all(static_cast<std::size_t>(end - first));
     for (Eigen::Index e = 0; e < some.rows(); ++e) {
-        SlopeRow row;
         for (Eigen::Index c = 0; c < some.cols(); ++c)
-            if (const int seed = seeds[static_cast<std::size_t>(c)]; some(e, c) != 0)
-                widen(row, begin_of(seed), end_of(seed));
-        const auto width = static_cast<std::size_t>(row.end - row.first);
-        double* const to = memory.take(width);
-        std::fill_n(to, width, 0.0);
-        for (Eigen::Index c = 0; c < some.cols(); ++c)
-            if (const int seed = seeds[static_cast<std::size_t>(c)]; seed >= row.first && seed < row.end)
-                to[seed - row.first] = some(e, c);
-        row.values = to;
+            all[static_cast<std::size_t>(seeds[static_cast<std::size_t>(c)] - first)] = some(e, c);
+        SlopeRow row{all.data(), first, end};
+        cut_zeros(row);
+        row.values = copied(row, memory);
         rows_.push_back(row);
     }
     clear_if_still();
@@ -99,10 +102,7 @@ void Slopes::assign(const std::vector<SlopeRow>& others, std::span<const int> wh
 }
 
 void Slopes::move_to(SlopeMemory& memory) {
-    for (auto& row : rows_) {
-        const auto count = static_cast<std::size_t>(row.end - row.first);
-        row.values = std::copy_n(row.values, count, memory.take(count)) - count;
-    }
+    for (auto& row : rows_) row.values = copied(row, memory);
 }
 
 Matrix Slopes::spread(int elements, int columns) const {
@@ -126,6 +126,7 @@ std::vector<int> seeds_of(const std::vector<SlopeRow>& rows) {
         for (int c = row.first; c < row.end; ++c)
             moves[static_cast<std::size_t>(c - first)] |= row.values[c - row.first] != 0;
     std::vector<int> seeds;
+    seeds.reserve(moves.size());
     for (int c = first; c < end; ++c)
         if (moves[static_cast<std::size_t>(c - first)]) seeds.push_back(c);
     return seeds;
@@ -142,55 +143,81 @@ struct Multiplication {
     double* const* to; ///< row of each result
 };
 
-/// Sums over some blocks, which stay in registers.
-template <int blocks> struct Sums {
-    Block first;
-    Sums<blocks - 1> rest;
+/// Sums of one result, or of several, over some registers of `width` numbers, in which they stay.
+template <int width, int count> struct Sums {
+    using Register = kernels::Lanes<double, width, 8 * width>;
+    typename Register::type first;
+    Sums<width, count - 1> rest;
     [[gnu::always_inline]] void load(const double* from) {
-        first = *reinterpret_cast<const Block*>(from);
-        rest.load(from + block);
+        Register::load(first, from);
+        rest.load(from + width);
     }
     [[gnu::always_inline]] void add(double by, const double* slopes) {
-        first += by * *reinterpret_cast<const Block*>(slopes);
-        rest.add(by, slopes + block);
+        typename Register::type its;
+        Register::load(its, slopes);
+        first += by * its;
+        rest.add(by, slopes + width);
     }
     [[gnu::always_inline]] void store(double* to) const {
-        *reinterpret_cast<Block*>(to) = first;
-        rest.store(to + block);
+        Register::store(to, first);
+        rest.store(to + width);
     }
 };
-template <> struct Sums<0> {
+template <int width> struct Sums<width, 0> {
     void load(const double*) {}
     void add(double, const double*) {}
     void store(double*) const {}
 };
-
-template <int blocks> [[gnu::always_inline]] inline void add_columns(const Multiplication& m, int offset) {
-    int result = 0;
-    for (; result + 2 <= m.results; result += 2) {
-        Sums<blocks> one, other;
-        one.load(m.to[result] + offset);
-        other.load(m.to[result + 1] + offset);
-        for (int e = 0; e < m.elements; ++e) {
-            const double *slopes = m.slopes[e] + offset, *by = m.coefficients[e] + result * m.apart;
-            one.add(by[0], slopes);
-            other.add(by[m.apart], slopes);
-        }
-        one.store(m.to[result] + offset);
-        other.store(m.to[result + 1] + offset);
+template <int width, int rows, int count> struct SumsOfRows {
+    Sums<width, count> first;
+    SumsOfRows<width, rows - 1, count> rest;
+    [[gnu::always_inline]] void load(double* const* from, int offset) {
+        first.load(*from + offset);
+        rest.load(from + 1, offset);
     }
-    if (result == m.results) return;
-    Sums<blocks> one;
-    one.load(m.to[result] + offset);
-    for (int e = 0; e < m.elements; ++e) one.add(m.coefficients[e][result * m.apart], m.slopes[e] + offset);
-    one.store(m.to[result] + offset);
+    [[gnu::always_inline]] void add(const double* by, std::ptrdiff_t apart, const double* slopes) {
+        first.add(*by, slopes);
+        rest.add(by + apart, apart, slopes);
+    }
+    [[gnu::always_inline]] void store(double* const* to, int offset) const {
+        first.store(*to + offset);
+        rest.store(to + 1, offset);
+    }
+};
+template <int width, int count> struct SumsOfRows<width, 0, count> {
+    void load(double* const*, int) {}
+    void add(const double*, std::ptrdiff_t, const double*) {}
+    void store(double* const*, int) const {}
+};
+
+template <int width, int rows, int count>
+[[gnu::always_inline]] inline void add_tile(const Multiplication& m, int result, int offset) {
+    SumsOfRows<width, rows, count> sums;
+    sums.load(m.to + result, offset);
+    for (int e = 0; e < m.elements; ++e)
+        sums.add(m.coefficients[e] + result * m.apart, m.apart, m.slopes[e] + offset);
+    sums.store(m.to + result, offset);
 }
-void add(const Multiplication& m) {
-    int offset = 0;
-    for (; m.width - offset >= 6 * block; offset += 6 * block) add_columns<6>(m, offset);
-    for (; m.width - offset >= 3 * block; offset += 3 * block) add_columns<3>(m, offset);
-    for (; offset < m.width; offset += block) add_columns<1>(m, offset);
+template <int width, int rows, int count>
+[[gnu::always_inline]] inline void add_columns(const Multiplication& m, int offset) {
+    int result = 0;
+    for (; result + rows <= m.results; result += rows) add_tile<width, rows, count>(m, result, offset);
+    for (; result < m.results; ++result) add_tile<width, 1, count>(m, result, offset);
 }
+/// Twelve sums at once, as many as wait for none another.
+struct Add {
+    template <int most> void run(const Multiplication& m) const noexcept {
+        int offset = 0;
+        if constexpr (most == 64) {
+            for (; m.width - offset >= 24; offset += 24) add_columns<8, 4, 3>(m, offset);
+            for (; m.width - offset >= 8; offset += 8) add_columns<8, 4, 1>(m, offset);
+        } else {
+            for (; m.width - offset >= 24; offset += 24) add_columns<block, 2, 6>(m, offset);
+            for (; m.width - offset >= 12; offset += 12) add_columns<block, 2, 3>(m, offset);
+        }
+        for (; offset < m.width; offset += block) add_columns<block, 2, 1>(m, offset);
+    }
+};
 
 } // namespace
 
@@ -204,7 +231,7 @@ void sum(std::size_t results, const std::vector<ProductOfSlopes>& products, cons
     };
     all.rows_.assign(results, {});
     std::vector<SlopeRow> hulls(products.size());
-    std::size_t most = 0, size = 0;
+    std::size_t most = 0, most_elements = 0, most_results = 0, size = 0;
     for (std::size_t p = 0; p < products.size(); ++p) {
         auto& hull = hulls[p];
         for (int e = 0; e < products[p].from.count; ++e) {
@@ -214,6 +241,8 @@ void sum(std::size_t results, const std::vector<ProductOfSlopes>& products, cons
         for (int r = 0; r < products[p].to.count; ++r)
             widen(all.rows_[number(products[p].to, r)], hull.first, hull.end);
         most = std::max(most, static_cast<std::size_t>(products[p].from.count * (hull.end - hull.first)));
+        most_elements = std::max(most_elements, static_cast<std::size_t>(products[p].from.count));
+        most_results = std::max(most_results, static_cast<std::size_t>(products[p].to.count));
     }
     for (std::size_t r = 0; r < results; ++r) {
         if (beside) widen(all.rows_[r], beside[r].first, beside[r].end);
@@ -231,7 +260,9 @@ void sum(std::size_t results, const std::vector<ProductOfSlopes>& products, cons
     }
     std::vector<double> padded(most);
     std::vector<const double*> slopes, coefficients;
-    static const auto widest = kernels::Widest<&add>::get();
+    slopes.reserve(most_elements);
+    coefficients.reserve(most_elements);
+    to.reserve(most_results);
     for (std::size_t p = 0; p < products.size(); ++p) {
         const auto& product = products[p];
         const auto& hull = hulls[p];
@@ -255,8 +286,9 @@ void sum(std::size_t results, const std::vector<ProductOfSlopes>& products, cons
             const auto result = number(product.to, r);
             to.push_back(rows[result] + (hull.first - all.rows_[result].first));
         }
-        widest({slopes.data(), coefficients.data(), product.rows_apart, product.to.count,
-                static_cast<int>(slopes.size()), hull.end - hull.first, to.data()});
+        kernels::run_widest(Add{}, Multiplication{slopes.data(), coefficients.data(), product.rows_apart,
+                                                  product.to.count, static_cast<int>(slopes.size()),
+                                                  hull.end - hull.first, to.data()});
     }
     for (auto& row : all.rows_) cut_zeros(row);
     all.clear_if_still();

@@ -83,15 +83,16 @@ if(CMAKE_CROSSCOMPILING OR NOT BF_EVERYTHING) # tests run where they are built, 
     return()
 endif()
 
-# What every test includes, read once: programs of tests share one precompiled header.
+# What tests include, read once: programs of tests share one precompiled header.
 file(WRITE ${CMAKE_BINARY_DIR}/test_headers.cpp "int main() {}\n")
 add_executable(bf_test_headers EXCLUDE_FROM_ALL ${CMAKE_BINARY_DIR}/test_headers.cpp)
-target_link_libraries(bf_test_headers PRIVATE GTest::gtest)
+target_link_libraries(bf_test_headers PRIVATE GTest::gtest Eigen3::Eigen)
 # A test runs once after each change; optimising it well would take longer than running it.
 set(BF_TEST_OPTIONS $<$<CONFIG:Release>:-O1>)
 target_compile_options(bf_test_headers PRIVATE ${BF_TEST_OPTIONS})
 target_precompile_headers(bf_test_headers PRIVATE
-    <gtest/gtest.h> <algorithm> <cmath> <filesystem> <fstream> <functional> <random> <sstream>)
+    <gtest/gtest.h> <Eigen/Core> <algorithm> <array> <atomic> <chrono> <cmath> <cstring> <filesystem> <fstream> <functional>
+    <map> <memory> <optional> <random> <set> <span> <sstream> <stdexcept> <string> <thread> <unordered_map> <variant> <vector>)
 
 # Counts the calls of the heap in the test programs that link it.
 add_library(bf_heap OBJECT EXCLUDE_FROM_ALL ${CMAKE_SOURCE_DIR}/tests/heap/heap.cpp)

@@ -1,6 +1,7 @@
 // Programs of ROS 2 that are not ours, and the network that the tests have for themselves.
 #pragma once
 
+#include "cycles.hpp"
 #include "own_network.hpp"
 #include "program.hpp"
 
@@ -16,6 +17,7 @@ class Alone : public ::testing::Test {
   protected:
     void SetUp() override {
         static const bool is_alone = middleware::test::enter_network_of_our_own();
+        middleware::test::enter_shared_memory_of_our_own();
         if (!is_alone) GTEST_SKIP() << "this system gives a program no network of its own";
     }
 };

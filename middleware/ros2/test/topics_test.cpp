@@ -257,23 +257,6 @@ TEST_F(Ros2Topics, StayForThoseWhoComeLater) {
     EXPECT_EQ(later.scalar("s.data"), 5);
 }
 
-/// rcl notes the types of a node's ends in a map without a lock.
-TEST_F(Ros2Topics, AreMadeAndEndInSeveralThreadsOfANode) {
-    Node node({});
-    node.open();
-    ::testing::internal::CaptureStderr(); // where rcl tells what it does not find in its map
-    std::vector<std::future<void>> all;
-    for (const auto* type : {&messages::clock(), &messages::image(), &messages::imu(),
-                             &messages::joint_state(), &messages::trajectory(), &messages::wrench()})
-        all.push_back(
-            std::async(std::launch::async, [&node, type, topic = "/t" + std::to_string(all.size())] {
-                for (int k = 0; k < 300; ++k) node.advertise(*type, topic, {});
-            }));
-    for (auto& each : all) EXPECT_NO_THROW(each.get());
-    EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
-    node.close();
-}
-
 TEST_F(Ros2Topics, LeaveNothingBehindHoweverOftenTheyStart) {
     int k = 0;
     middleware::test::expect_no_leak([&] {

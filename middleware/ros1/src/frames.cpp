@@ -1,18 +1,15 @@
 #include "frames.hpp"
 
+#include <cstdint>
 #include <cstring>
-#include <stdexcept>
 #include <string>
 
 namespace bf::ros1 {
 
-std::shared_ptr<const MessageType> transforms_type() {
-    static const auto type =
-        std::make_shared<const MessageType>("tf2_msgs/TFMessage",
-                                            R"(geometry_msgs/TransformStamped[] transforms
-====
-MSG: geometry_msgs/TransformStamped
-std_msgs/Header header
+namespace {
+
+// Definitions as their packages have them, each with those of the types in it.
+const std::string stamped = R"(std_msgs/Header header
 string child_frame_id
 geometry_msgs/Transform transform
 ====
@@ -35,42 +32,35 @@ float64 x
 float64 y
 float64 z
 float64 w
-)");
+)";
+
+} // namespace
+
+std::shared_ptr<const MessageType> transforms_type() {
+    static const auto type = std::make_shared<const MessageType>(
+        "tf2_msgs/TFMessage",
+        "geometry_msgs/TransformStamped[] transforms\n====\nMSG: geometry_msgs/TransformStamped\n" + stamped);
     return type;
 }
 
 std::vector<middleware::FrameMessage> frames_of(const Message& message, bool is_static) {
-    Bytes left = message.bytes;
-    const auto take = [&](void* to, std::size_t count) {
-        if (count > left.size()) throw std::runtime_error("a message of tf ends before its last field");
-        std::memcpy(to, left.data(), count);
-        left = left.subspan(count);
-    };
-    const auto number = [&] {
-        std::uint32_t value = 0;
-        take(&value, sizeof value);
-        return value;
-    };
-    const auto text = [&] {
-        std::string value(std::min<std::size_t>(number(), left.size()), ' ');
-        take(value.data(), value.size());
-        return value;
-    };
+    static const MessageType type("geometry_msgs/TransformStamped", stamped);
+    static const Field &parent = *type.field("header.frame_id"), &child = *type.field("child_frame_id"),
+                       &translation = *type.field("transform.translation"),
+                       &rotation = *type.field("transform.rotation");
     std::vector<middleware::FrameMessage> all;
-    for (std::uint32_t count = number(); count > 0; --count) {
-        middleware::FrameMessage its;
-        its.is_static = is_static;
-        number(); // seq
-        const std::int64_t seconds = number();
-        its.stamp = seconds * 1'000'000'000 + number();
-        its.parent = text();
-        its.child = text();
+    transforms_type()->each(message, "transforms", type, [&](const Message& its) {
+        std::uint32_t stamp[2]; // s and ns, which one number does not hold
+        std::memcpy(stamp, type.value(its, "header.stamp").bytes.data(), sizeof stamp);
         double p[3], q[4]; // x, y, z, w
-        take(p, sizeof p);
-        take(q, sizeof q);
-        its.pose = {.q = {q[3], q[0], q[1], q[2]}, .p = {p[0], p[1], p[2]}};
-        all.push_back(std::move(its));
-    }
+        translation.read(&its, p, 3);
+        rotation.read(&its, q, 4);
+        all.push_back({.parent = parent.text(&its),
+                       .child = child.text(&its),
+                       .stamp = std::int64_t{stamp[0]} * 1'000'000'000 + stamp[1],
+                       .pose = {.q = {q[3], q[0], q[1], q[2]}, .p = {p[0], p[1], p[2]}},
+                       .is_static = is_static});
+    });
     return all;
 }
 

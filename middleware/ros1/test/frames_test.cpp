@@ -110,17 +110,23 @@ TEST(Ros1Bag, HasTheTransformsOfEachMoment) {
 }
 
 TEST(Ros1FrameMessages, AreRefusedWhereTheyEndTooSoon) {
+    const auto type = transforms_type();
+    const auto message = std::static_pointer_cast<Message>(type->make());
     std::vector<std::uint8_t> bytes{2, 0, 0, 0};
-    Message message;
     for (std::size_t size = 4; size < 4 + 2 * (12 + 4 + 4 + 56); ++size) { // two transforms without names
         const std::vector<std::uint8_t> cut(
             bytes); // so that an address sanitizer sees what is read behind it
-        message.bytes = cut;
-        EXPECT_THROW(frames_of(message, false), std::runtime_error) << size;
+        EXPECT_THROW(type->decode(cut, *message), std::runtime_error) << size;
         bytes.push_back(0);
     }
-    message.bytes = bytes;
-    EXPECT_EQ(frames_of(message, true).size(), 2U);
+    const std::uint32_t stamp[] = {1'700'000'000, 123'456'789}; // behind the number of transforms and seq
+    std::memcpy(bytes.data() + 8, stamp, sizeof stamp);
+    type->decode(bytes, *message);
+    const auto frames = frames_of(*message, true);
+    ASSERT_EQ(frames.size(), 2U);
+    EXPECT_EQ(frames[0].stamp, 1'700'000'000'123'456'789) << "to the ns, which no double of seconds has";
+    EXPECT_EQ(frames[1].stamp, 0);
+    EXPECT_TRUE(frames[1].is_static);
 }
 
 } // namespace bf::ros1::test

@@ -261,14 +261,10 @@ class SendGoal final : public Block {
         {.doc =
              "largest number of elements of outputs that have any number of them, each as field=size, such "
              "as result.sequence=10; those that are not named are no ports"}};
-    Argument<double> timeout{this,
-                             "timeout",
-                             {.initial = 0,
-                              .minimum = 0,
-                              .maximum = 1e6,
-                              .doc =
-                                  "without a word of the server on an active goal until the run ends, s; 0: "
-                                  "never"}};
+    Argument<double> timeout{
+        this, "timeout",
+        middleware::waiting_time(
+            "without a word of the server on an active goal until the run ends, s; 0: never")};
     Requires<RosNode> node{this, "the node that talks"};
     Input<double> start_goal{
         this, "start", {.doc = "sends a goal when it becomes positive, with the numbers of that step"}};

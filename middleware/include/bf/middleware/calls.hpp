@@ -87,12 +87,8 @@ class CallBlock : public Block {
         "sizes",
         {.doc = "largest number of elements of fields of the answer that have any number of them, each as "
                 "field=size; those that are not named are no ports"}};
-    Argument<double> timeout{this,
-                             "timeout",
-                             {.initial = 0,
-                              .minimum = 0,
-                              .maximum = 1e6,
-                              .doc = "without an answer until the run ends, s; 0: never"}};
+    Argument<double> timeout{this, "timeout",
+                             waiting_time("without an answer until the run ends, s; 0: never")};
     Input<double> call{
         this, "call", {.doc = "calls when it becomes positive, with the request of that step"}};
     Output<double> pending{this, "pending", {.doc = "1: a call is not answered yet"}};

@@ -108,17 +108,10 @@ class SubscribeTransformBlock : public Block {
     Argument<std::string> target{
         this, "target", {.initial = "world", .doc = "frame in which coordinates are wanted"}};
     Argument<std::string> source{this, "source", {.initial = "base", .doc = "frame in which they are"}};
-    Argument<double> timeout{
-        this,
-        "timeout",
-        {.initial = 0, .minimum = 0, .maximum = 1e6, .doc = "age at which the run ends, s; 0: never"}};
+    Argument<double> timeout{this, "timeout", waiting_time("age at which the run ends, s; 0: never")};
     Argument<double> start_timeout{
-        this,
-        "start_timeout",
-        {.initial = 0,
-         .minimum = 0,
-         .maximum = 1e6,
-         .doc = "how long the start waits until the transform is found, s; 0: not at all"}};
+        this, "start_timeout",
+        waiting_time("how long the start waits until the transform is found, s; 0: not at all")};
     Output<Matrix> target_H_source{
         this,
         "target_H_source",

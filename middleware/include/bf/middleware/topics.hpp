@@ -17,6 +17,11 @@
 
 namespace bf::middleware {
 
+/// An argument that says how long something is waited for, s, where 0 is no limit or no wait.
+inline AboutArgument<double> waiting_time(const char* doc) {
+    return {.initial = 0, .minimum = 0, .maximum = 1e6, .doc = doc};
+}
+
 /// The types of messages that a middleware has.
 struct MessageTypes {
     std::shared_ptr<const MessageType> (*find)(const std::string& name); ///< throws std::runtime_error
@@ -197,19 +202,11 @@ class SubscribeBlock : public Topic {
         "sizes",
         {.doc = "largest number of elements of fields that have any number of them, each as field=size; "
                 "those that are not named are no ports"}};
-    Argument<double> timeout{this,
-                             "timeout",
-                             {.initial = 0,
-                              .minimum = 0,
-                              .maximum = 1e6,
-                              .doc = "without a message until the run ends, s; 0: never"}};
+    Argument<double> timeout{this, "timeout",
+                             waiting_time("without a message until the run ends, s; 0: never")};
     Argument<double> start_timeout{
-        this,
-        "start_timeout",
-        {.initial = 0,
-         .minimum = 0,
-         .maximum = 1e6,
-         .doc = "how long the start waits for the first message, s; 0: not at all"}};
+        this, "start_timeout",
+        waiting_time("how long the start waits for the first message, s; 0: not at all")};
     Output<double> age{
         this,
         "age",

@@ -1,10 +1,11 @@
 #include "bf/middleware/topic_robot.hpp"
 
-#include "bf/base/names.hpp"
 #include "bf/core/value.hpp"
 #include "bf/middleware/bell.hpp"
 #include "bf/middleware/clock.hpp"
 #include "bf/middleware/outbox.hpp"
+#include "reference_limits.hpp"
+#include "told_joints.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -41,11 +42,7 @@ void RobotTopics::halt(double) { throw std::runtime_error("it cannot be stepped"
 
 namespace {
 
-constexpr double longest_silence = 0.1; ///< s; older states are none
-constexpr double slowest = 0.05;        ///< s; shortest way
-constexpr double usual_speed = 0.5;     ///< rad/s of ways without a limit
-constexpr double longest_step = 5;      ///< s that a robot may take which stands still otherwise
-constexpr double never = -std::numeric_limits<double>::infinity();
+constexpr double longest_step = 5; ///< s that a robot may take which stands still otherwise
 
 /// A sensor's newest message.
 struct SensorTopic {
@@ -62,12 +59,10 @@ struct SensorTopic {
 class TopicRobot final : public toolbox::RobotConnection {
   public:
     TopicRobot(std::unique_ptr<RobotTopics> topics, const TopicRobotOptions& options)
-        : topics_(std::move(topics)), options_(options),
-          n_(static_cast<Eigen::Index>(options.joints.size())) {
+        : topics_(std::move(topics)), options_(options), n_(static_cast<Eigen::Index>(options.joints.size())),
+          told_(options.joints) {
         for (const auto& text : options.wrenches) wrenches_.emplace_back(text, wrench_size);
         for (const auto& text : options.imus) imus_.emplace_back(text, imu_size);
-        for (std::size_t i = 0; i < options.joints.size(); ++i)
-            ours_[options.joints[i]] = static_cast<Eigen::Index>(i);
     }
     ~TopicRobot() override { stop(); }
 
@@ -76,19 +71,18 @@ class TopicRobot final : public toolbox::RobotConnection {
         const double end = now() + options_.patience;
         is_open_ = true;
         topics_->open();
-        for (auto* values : {&position_, &velocity_, &effort_}) values->setZero(n_);
-        came_.setConstant(n_, never);
-        for (auto* has : {&has_velocity_, &has_effort_}) has->setConstant(n_, false);
-        stamp_ = 0;
-        names_.clear();
-        left_out_at_ = never;
+        told_.clear();
         is_driver_ = false;
         has_all_joints_ = true;
-        heard_.push_back(topics_->hear_states(options_.states, [this](const auto& states) { take(states); }));
-        // A time that stands still brings no new state, and the newest one counts on.
+        heard_.push_back(topics_->hear_states(options_.states, [this](const auto& states) {
+            const std::lock_guard lock(mutex_);
+            // One that is led has one program, and when that begins again its time goes back.
+            told_.take(states, !is_stepped());
+            bell_.ring();
+        }));
         const auto stands = [this](double time) {
             const std::lock_guard lock(mutex_);
-            if (time == stamp_) came_ = (came_.array() > 0).select(now(), came_);
+            told_.stand_at(time);
         };
         if (!is_stepped()) heard_.push_back(topics_->hear_time(stands));
         for (auto* sensors : {&wrenches_, &imus_})
@@ -122,14 +116,11 @@ class TopicRobot final : public toolbox::RobotConnection {
         add(ControlMode::velocity, options_.commands.velocity);
         add(ControlMode::position_direct, options_.commands.position);
         add(ControlMode::position, options_.commands.trajectory);
-        const auto missing = [&] {
-            std::vector<std::string> all;
+        const auto has_all = [&] {
             const std::lock_guard lock(mutex_);
-            for (Eigen::Index i = 0; i < n_; ++i)
-                if (came_[i] < 0) all.push_back(options_.joints[static_cast<std::size_t>(i)]);
-            return all;
+            return told_.has_all();
         };
-        if (!wait_until(end, [&] { return missing().empty(); })) refuse(missing());
+        if (!wait_until(end, has_all)) refuse();
         // Who listens is known a little later than what was said, and where messages are lost seconds later.
         const auto is_heard = [](const auto& each) { return each.second.end->readers() > 0; };
         wait_until(std::min(end, now() + topics_->longest_search()),
@@ -162,26 +153,20 @@ class TopicRobot final : public toolbox::RobotConnection {
     double age() const noexcept override {
         if (is_stepped()) return 0; // it stands still until it is commanded: its last state is that of now
         const std::lock_guard lock(mutex_);
-        return now() - came_.minCoeff();
+        return now() - told_.since();
     }
     double time() const {
         const std::lock_guard lock(mutex_);
-        return stamp_;
+        return told_.stamp();
     }
     /// Completes a sentence that says that there is no new state: why what came since is none. Empty: nothing
     /// did.
     void say_left_out(ErrorText& text) const noexcept {
         const std::lock_guard lock(mutex_);
-        Eigen::Index oldest = 0;
-        const double all_came = came_.minCoeff(&oldest);
-        text[0] = '\0';
-        if (left_out_at_ > all_came)
-            std::snprintf(text, sizeof text, "what came was left out: %s", left_out_);
-        else if (came_.maxCoeff() > all_came + longest_silence)
-            std::snprintf(text, sizeof text, "what came told nothing of '%s'",
-                          options_.joints[static_cast<std::size_t>(oldest)].c_str());
-        else if (options_.is_clock && now() - all_came < longest_silence)
-            std::snprintf(text, sizeof text, "the stamps of what came did not go on from t = %.9g s", stamp_);
+        told_.say_left_out(text);
+        if (text[0] == '\0' && options_.is_clock && now() - told_.since() < longest_silence)
+            std::snprintf(text, sizeof text, "the stamps of what came did not go on from t = %.9g s",
+                          told_.stamp());
     }
     double step_size() const { return options_.step_size; }
     /// Lets a robot that stands still do that many steps, and waits for what was measured then. Each command
@@ -212,13 +197,13 @@ class TopicRobot final : public toolbox::RobotConnection {
             return told(false, "no state of all joints on", options_.states);
         const std::lock_guard lock(mutex_);
         switch (what) {
-        case Measurement::joint_position: values = position_; return true;
+        case Measurement::joint_position: values = told_.position(); return true;
         case Measurement::joint_velocity:
-            values = velocity_;
-            return told(has_velocity_.all(), "no velocities of all joints on", options_.states);
+            values = told_.velocity();
+            return told(told_.has_velocities(), "no velocities of all joints on", options_.states);
         case Measurement::joint_torque:
-            values = effort_;
-            return told(has_effort_.all(), "no efforts of all joints on", options_.states);
+            values = told_.effort();
+            return told(told_.has_efforts(), "no efforts of all joints on", options_.states);
         default: return told(false, "no such measurement on", options_.states);
         }
     }
@@ -248,8 +233,7 @@ class TopicRobot final : public toolbox::RobotConnection {
             if (mode != ControlMode::position || !topics_->takes_joints_back()) leave();
         }
         mode_ = mode;
-        velocities_.setZero(n_);
-        limited_ = time_of_commands() - options_.step_size;
+        limits_.begin(n_, time_of_commands() - options_.step_size);
         if (!has_all_joints_) return told(false, "the diagram has not the joints of", options_.states);
         const auto found = outputs_.find(mode);
         // Without ways the joints stay as the robot holds them.
@@ -258,8 +242,8 @@ class TopicRobot final : public toolbox::RobotConnection {
                told(false, "nobody listens to", found->second.topic);
     }
     bool set_trajectory_limit(ControlMode mode, double limit) noexcept override {
-        if (mode == ControlMode::position && limit > 0) speed_ = limit;
-        if (mode == ControlMode::velocity && limit > 0) acceleration_ = limit;
+        if (mode == ControlMode::position && limit > 0) limits_.speed = limit;
+        if (mode == ControlMode::velocity && limit > 0) limits_.acceleration = limit;
         return true;
     }
     bool write(ControlMode mode, const Eigen::Ref<const VectorXd>& references) noexcept override {
@@ -270,11 +254,11 @@ class TopicRobot final : public toolbox::RobotConnection {
         if (mode == ControlMode::position) {
             if (target_.size() == n_ && references == target_) return true; // it is on its way
             const std::lock_guard lock(mutex_);
-            // A straight way, all joints at once, none faster than the limit.
-            duration = std::max(slowest, (references - position_).cwiseAbs().maxCoeff() / speed_);
+            duration = limits_.duration(told_.position(), references);
         }
         target_ = references;
-        if (mode == ControlMode::velocity) target_ = limited(references);
+        if (mode == ControlMode::velocity)
+            target_ = limits_.next(references, time_of_commands(), longest_silence);
         send(mode, target_, duration);
         if (mode != ControlMode::position) target_.resize(0);
         return true;
@@ -283,8 +267,8 @@ class TopicRobot final : public toolbox::RobotConnection {
     bool has(Measurement what) const {
         const std::lock_guard lock(mutex_);
         return what == Measurement::joint_position ||
-               (what == Measurement::joint_velocity && has_velocity_.all()) ||
-               (what == Measurement::joint_torque && has_effort_.all());
+               (what == Measurement::joint_velocity && told_.has_velocities()) ||
+               (what == Measurement::joint_torque && told_.has_efforts());
     }
     bool has(ControlMode mode) const { return mode == ControlMode::position || outputs_.contains(mode); }
 
@@ -294,68 +278,13 @@ class TopicRobot final : public toolbox::RobotConnection {
         std::string topic;
     };
 
-    /// In the middleware's thread. Several programs may tell of some of the joints each.
-    void take(const JointStates& states) {
-        const std::lock_guard lock(mutex_);
-        if (states.names != names_) {
-            names_ = states.names;
-            places_.clear();
-            twice_ = -1;
-            for (const auto& name : names_) {
-                const auto found = ours_.find(name);
-                const Eigen::Index place = found == ours_.end() ? -1 : found->second;
-                if (place >= 0 && std::ranges::find(places_, place) != places_.end()) twice_ = place;
-                places_.push_back(place);
-            }
-        }
-        const bool is_ours = std::ranges::any_of(places_, [](auto place) { return place >= 0; });
-        if (!is_ours && !names_.empty()) return;
-        if (states.position.size() != names_.size())
-            return leave_out("it has %zu names and %zu positions", names_.size(), states.position.size());
-        if (twice_ >= 0)
-            return leave_out("it names '%s' twice",
-                             options_.joints[static_cast<std::size_t>(twice_)].c_str());
-        for (std::size_t i = 0; i < names_.size(); ++i) {
-            const Eigen::Index at = places_[i];
-            if (at < 0) continue;
-            const auto has = [i](std::span<const double> from) {
-                return i < from.size() && std::isfinite(from[i]);
-            };
-            const auto lacks = [&](const char* what, std::span<const double> from) {
-                if (has(from)) return false;
-                if (i < from.size())
-                    leave_out("the %s of '%s' is %g", what, names_[i].c_str(), from[i]);
-                else
-                    leave_out("it tells no %s of '%s' any more", what, names_[i].c_str());
-                return true;
-            };
-            // What a robot does not know it may tell as NaN; what it has told once belongs to each state.
-            if (lacks("position", states.position) ||
-                (has_velocity_[at] && lacks("velocity", states.velocity)) ||
-                (has_effort_[at] && lacks("effort", states.effort)))
-                continue;
-            position_[at] = states.position[i];
-            if ((has_velocity_[at] = has(states.velocity))) velocity_[at] = states.velocity[i];
-            if ((has_effort_[at] = has(states.effort))) effort_[at] = states.effort[i];
-            came_[at] = now();
-            // Programs that tell of some of the joints each are not equally far.
-            // One that is led has one program, and when that begins again its time goes back.
-            stamp_ = is_stepped() ? states.stamp : std::max(stamp_, states.stamp);
-        }
-        bell_.ring();
-    }
-    /// With the lock.
-    template <class... Values> void leave_out(const char* format, Values... values) noexcept {
-        std::snprintf(left_out_, sizeof left_out_, format, values...);
-        left_out_at_ = now();
-    }
     bool is_stepped() const noexcept { return options_.step_size > 0; }
     /// Has all come that was measured at the time where the robot is to be?
     bool are_there() const {
         const std::lock_guard lock(mutex_);
         const double from = due_ - options_.step_size / 2;
         const auto is_there = [&](const SensorTopic& sensor) { return sensor.stamp >= from; };
-        return stamp_ >= from && std::ranges::all_of(wrenches_, is_there) &&
+        return told_.stamp() >= from && std::ranges::all_of(wrenches_, is_there) &&
                std::ranges::all_of(imus_, is_there);
     }
     /// Lets the robot stand still until it is stepped.
@@ -368,18 +297,11 @@ class TopicRobot final : public toolbox::RobotConnection {
             throw std::runtime_error("its sensors tell nothing of t = " + Value(due_).describe() +
                                      " s, at which it stands still; correct their topics");
     }
-    [[noreturn]] void refuse(const std::vector<std::string>& missing) const {
+    [[noreturn]] void refuse() const {
         if (const auto why = topics_->refusal(); !why.empty()) throw std::runtime_error(why);
         const std::lock_guard lock(mutex_);
-        const std::string within = " within " + Value(options_.patience).describe() + " s";
-        if (left_out_at_ != never)
-            throw std::runtime_error("the topic '" + options_.states + "' tells nothing of " +
-                                     name_list(missing) + within + ": what came was left out: " + left_out_);
-        if (names_.empty())
-            throw std::runtime_error("no message came on the topic '" + options_.states + "'" + within +
-                                     "; start the robot, or correct namespace and states");
-        throw std::runtime_error("the topic '" + options_.states + "' tells nothing of " +
-                                 name_list(missing) + within + "; it has " + name_list(names_));
+        throw std::runtime_error(
+            told_.what_is_missing(options_.states, Value(options_.patience).describe() + " s"));
     }
     /// The robot holds its joints where it lets itself be asked to, without zeros before, by which they would
     /// fall.
@@ -403,13 +325,6 @@ class TopicRobot final : public toolbox::RobotConnection {
         outputs_.find(mode)->second.end->send({sent_.data(), static_cast<std::size_t>(n_)}, duration);
         is_written_ = is_driver_ = true;
     }
-    /// The velocities that come next on the way to these ones: v + clamp(v_ref - v, -a dt, a dt).
-    const VectorXd& limited(const Eigen::Ref<const VectorXd>& references) noexcept {
-        const double time = time_of_commands(),
-                     most = acceleration_ * std::min(time - std::exchange(limited_, time), longest_silence);
-        velocities_ += (references - velocities_).cwiseMax(-most).cwiseMin(most);
-        return velocities_;
-    }
     double time_of_commands() const noexcept { return is_stepped() ? due_ : now(); }
     /// A robot of ours takes commands in the order in which its states have all joints.
     void find_order() {
@@ -417,8 +332,8 @@ class TopicRobot final : public toolbox::RobotConnection {
         std::iota(order_.begin(), order_.end(), 0);
         if (!topics_->takes_joints_back()) return;
         const std::lock_guard lock(mutex_);
-        has_all_joints_ = std::ranges::is_permutation(places_, order_);
-        if (has_all_joints_) order_ = places_;
+        const auto its = told_.order();
+        if ((has_all_joints_ = its.has_value())) order_ = *its;
     }
     bool told(bool is_good, const char* what, const std::string& which) noexcept {
         if (!is_good)
@@ -430,27 +345,18 @@ class TopicRobot final : public toolbox::RobotConnection {
     const TopicRobotOptions options_;
     const Eigen::Index n_;
     bool is_open_ = false;
-    std::map<std::string, Eigen::Index> ours_;
     std::map<ControlMode, Output> outputs_;
     mutable std::mutex mutex_; ///< of what has come
     std::vector<SensorTopic> wrenches_, imus_;
-    std::vector<std::string> names_;
-    std::vector<Eigen::Index> places_; ///< our number of each name; -1: none of ours
-    Eigen::Index twice_ = -1;          ///< our joint that has two of those names; -1: none has
-    char left_out_[120] = "";          ///< why a message was no state, or not of all joints that it names
-    double left_out_at_ = never;       ///< when that was, s
-    VectorXd position_, velocity_, effort_, came_;
-    Eigen::Array<bool, Eigen::Dynamic, 1> has_velocity_, has_effort_; ///< of each joint, so far
-    double stamp_ = 0;
+    ToldJoints told_; ///< with the lock
     Bell bell_{};
     double due_ = 0;          ///< time to which a robot that is stepped is to go, s
     bool is_written_ = false; ///< a command, since it went on
     bool is_driver_ = false;  ///< it has commanded or stepped the robot
     std::optional<ControlMode> mode_;
     std::optional<ControlMode> left_; ///< mode before, in which the robot may still be
-    VectorXd target_, sent_, velocities_;
-    double speed_ = usual_speed, acceleration_ = std::numeric_limits<double>::max();
-    double limited_ = 0;              ///< when the velocities were, s
+    VectorXd target_, sent_;
+    ReferenceLimits limits_;
     std::vector<Eigen::Index> order_; ///< our number of each value of a command
     bool has_all_joints_ = true;      ///< of a robot of ours
     ErrorText error_ = "";

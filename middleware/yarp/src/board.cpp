@@ -236,13 +236,24 @@ class Board final : public toolbox::RobotConnection {
         each.put("writeStrict", "on");
         each.put("carrier", options_.carrier);
         // Where packets are lost YARP may give up early.
-        const auto opens = [&](int tries) {
-            const std::string prefix = tries == 0 ? local : local + "." + std::to_string(tries);
-            wanted.put("localPortPrefix", prefix);
-            drives_.emplace(prefix, options_.joints); // before others see that it is connected
+        int names = 0, failures = 0;
+        const auto opens = [&] {
+            for (;; ++names) {
+                const std::string prefix = names == 0 ? local : local + "." + std::to_string(names);
+                wanted.put("localPortPrefix", prefix);
+                try {
+                    drives_.emplace(prefix, options_.joints); // before others see that it is connected
+                    break;
+                } catch (const std::exception&) {
+                    if (names >= 20) throw;
+                }
+            }
+            ++names;
             return driver_.open(wanted) && driver_.isValid();
         };
-        if (!opens(0) && !opens(1) && !opens(2))
+        while (!opens() && ++failures < 3) {
+        }
+        if (failures == 3)
             throw std::runtime_error("its control boards " + list_of(boards).toString() +
                                      " do not open; look whether they have the joints " +
                                      list_of(options_.joints).toString() +

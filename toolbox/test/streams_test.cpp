@@ -285,6 +285,7 @@ TEST(Streams, AreNeverTorn) {
         const Matrix y = reader.get("x.y");
         ASSERT_EQ(y.minCoeff(), y.maxCoeff());
         ASSERT_GE(y(0), last);
+        ASSERT_EQ(reader.get("x.timestamp")(0), y(0)) << "the number is that of the message";
         news += y(0) > last;
         last = y(0);
     }

@@ -43,14 +43,6 @@ bool is_set(const char* variable) {
     return value != nullptr && *value != '\0';
 }
 
-/// That of a package of bf deploy, beside the folder of this plugin.
-std::string packed_profile() {
-    Dl_info its{};
-    if (dladdr(reinterpret_cast<const void*>(&check), &its) == 0 || its.dli_fname == nullptr) return "";
-    const std::string file = its.dli_fname;
-    return file.substr(0, file.rfind('/')) + "/../../share/blockfactory/loopback.xml";
-}
-
 /// Where nothing can be done about it.
 void ignore(rcl_ret_t code) noexcept {
     if (code != RCL_RET_OK) rcl_reset_error();
@@ -65,6 +57,18 @@ void check(rcl_ret_t code, const std::string& what) {
                              (why.empty() ? " (rcl's code " + std::to_string(code) + ")" : ": " + why));
 }
 
+std::string loopback_profile() {
+    std::vector<std::string> files{BF_ROS2_PROFILE};
+    Dl_info its{}; // an installation, or a package of bf deploy, has it beside the folder of this plugin
+    if (dladdr(reinterpret_cast<const void*>(&check), &its) != 0 && its.dli_fname != nullptr) {
+        const std::string file = its.dli_fname;
+        files.push_back(file.substr(0, file.rfind('/')) + "/../../share/blockfactory/loopback.xml");
+    }
+    const auto found =
+        std::ranges::find_if(files, [](const auto& f) { return access(f.c_str(), R_OK) == 0; });
+    return found == files.end() ? "" : *found;
+}
+
 Context::Context(const NodeOptions& options) {
     // What goes wrong is told by those who call.
     rcutils_logging_set_output_handler([](auto...) {});
@@ -74,10 +78,8 @@ Context::Context(const NodeOptions& options) {
     if (!is_set("ROS_AUTOMATIC_DISCOVERY_RANGE") && !is_set("ROS_LOCALHOST_ONLY")) {
         rcl_init_options_get_rmw_init_options(&init)->discovery_options.automatic_discovery_range =
             RMW_AUTOMATIC_DISCOVERY_RANGE_LOCALHOST;
-        // Fast DDS would listen to all networks all the same.
-        for (const auto& profile : {std::string(loopback_profile), packed_profile()})
-            if (access(profile.c_str(), R_OK) == 0)
-                setenv("FASTDDS_DEFAULT_PROFILES_FILE", profile.c_str(), 0);
+        if (const auto profile = loopback_profile(); !profile.empty())
+            setenv("FASTDDS_DEFAULT_PROFILES_FILE", profile.c_str(), 0);
     }
     std::vector<const char*> arguments{"blockfactory", "--ros-args"};
     for (const auto& argument : options.arguments) arguments.push_back(argument.c_str());

@@ -24,8 +24,9 @@ struct NodeOptions {
     std::vector<std::string> arguments = {}; ///< as behind --ros-args
 };
 
-/// By which Fast DDS listens to this computer alone.
-inline constexpr const char* loopback_profile = BF_ROS2_PREFIX "/share/blockfactory/loopback.xml";
+/// The file by which Fast DDS listens to this computer alone, and soon forgets a program that was killed;
+/// empty: there is none.
+std::string loopback_profile();
 
 /// Throws std::runtime_error: what failed, and why as rcl says it.
 void check(rcl_ret_t code, const std::string& what);

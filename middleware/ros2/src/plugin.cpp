@@ -40,7 +40,8 @@ extern "C" bf::middleware::ServedRobot* bf_serve_robot_v1(const bf::middleware::
 
 /// What `bf deploy` packs: a node that is alone has opened all that runs open.
 extern "C" const char* const* bf_deploy_v1() {
-    static const char* const files[] = {bf::ros2::loopback_profile, nullptr};
+    static const std::string profile = bf::ros2::loopback_profile();
+    static const char* const files[] = {profile.empty() ? nullptr : profile.c_str(), nullptr};
     setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF", 1);
     namespace messages = bf::ros2::messages;
     bf::ros2::Node node({.name = "packed", .name_space = "/", .arguments = {}});

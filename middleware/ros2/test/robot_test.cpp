@@ -7,7 +7,9 @@
 #include "peer.hpp"
 #include "served.hpp"
 
+#include <atomic>
 #include <cmath>
+#include <future>
 #include <optional>
 
 namespace bf::ros2::test {
@@ -215,6 +217,29 @@ TEST_F(Ros2Robot, IsNotDrivenByTwoDiagrams) {
     }
     Running next(second);
     EXPECT_TRUE(next.step()) << next.simulation.failure();
+}
+
+/// A program that begins later does not see the one that was killed; this one does, and waits until it is
+/// forgotten.
+TEST_F(Ros2Robot, IsDrivenByWhoeverWaitsSoonAfterAnotherProgramWasKilled) {
+    InRealTime served("/icub");
+    const std::string drive = "  c: {block: Constant, value: [0 0 0]}\n  drive: {block: "
+                              "WholeBodyToolbox/SetReferences, control_type: Position Direct}\n";
+    const Folder folder;
+    Program first({BF_PROGRAM, "run", folder.write("drive.yaml", remote(drive, "  c: drive\n")), "--stop",
+                   "Inf", "--quiet"});
+    for (int k = 0; k < 6000 && served.events() != "came"; ++k) usleep(10'000);
+    std::string next = remote(drive, "  c: drive\n", ", node: next");
+    next.replace(next.find("start_timeout: 30"), 17, "start_timeout: 15"); // less than DDS's lease of 20 s
+    std::atomic<bool> is_killed{false};
+    const auto killed = std::async(std::launch::async, [&] {
+        usleep(2'000'000);
+        is_killed = true;
+        first.end(SIGKILL);
+    });
+    Running run(next);
+    EXPECT_TRUE(is_killed);
+    EXPECT_TRUE(run.step()) << run.simulation.failure();
 }
 
 /// The oracle is a subscription of rclpy, which loses nothing.

@@ -6,6 +6,7 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <cstring>
 
 namespace bf::ros1::test {
 namespace {

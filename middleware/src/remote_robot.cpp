@@ -109,8 +109,8 @@ void RemoteConnection::start() {
         }
         if (link_->is_gone()) refuse("it ended while it was connected to");
         if (now() > end)
-            refuse(std::string("it is there, but sends no ") + (has_state ? "gains" : "state") +
-                   "; look whether it runs");
+            refuse(has_state ? "it is there, but sends no gains; look whether it runs"
+                             : "it is there, but sends no state; look whether it runs");
         link_->wait(0.01);
     }
     begin_ = time();

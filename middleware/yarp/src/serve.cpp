@@ -133,9 +133,8 @@ class YarpRobot final : public middleware::ServedRobot {
     explicit YarpRobot(const ServeRequest& request)
         : request_(request), robot_(request.robot), n_(request.device.joints()),
           shared_(request.device.joint_names()), mode_(static_cast<std::size_t>(n_), VOCAB_CM_POSITION),
-          wished_(mode_.size()), overruled_(mode_.size(), {-1, 0}), left_(overruled_),
-          led_(VectorXd::Zero(n_)), speed_(VectorXd::Zero(n_)), references_(VectorXd::Zero(n_)), values_(n_),
-          s_(n_), before_(n_) {
+          wished_(mode_.size()), overruled_(mode_.size(), {-1, 0}), led_(VectorXd::Zero(n_)),
+          speed_(VectorXd::Zero(n_)), references_(VectorXd::Zero(n_)), values_(n_), s_(n_), before_(n_) {
         const auto& boards = request.options.find("board");
         parts_ = boards == request.options.end() ? parts_of(shared_.joints)
                                                  : read_parts(boards->second, shared_.joints);
@@ -364,8 +363,8 @@ class YarpRobot final : public middleware::ServedRobot {
 
     /// Has a controller come since the last one left, who puts speeds back and whose references may be late?
     bool is_asked() const noexcept {
-        for (std::size_t j = 0; j < left_.size(); ++j)
-            if (left_[j] != asked(j)) return true;
+        for (std::size_t j = 0; j < overruled_.size(); ++j)
+            if (overruled_[j] != asked(j)) return true;
         return false;
     }
     std::pair<double, double> asked(std::size_t j) const noexcept {
@@ -414,7 +413,7 @@ class YarpRobot final : public middleware::ServedRobot {
         }
         // Who ends gives the joints back; in lockstep he leaves a moment later.
         const bool leads = request_.host.waits && clock_->clients() > 0;
-        if (is_driven_ && was_streamed && !is_streamed() && !leads) leave(Event::left);
+        if (is_driven_ && was_streamed && !is_streamed() && !leads) let_go(Event::left);
     }
     /// The mode of the world in which all joints can be moved as is asked; -1: there is none.
     int asked_of_world() const noexcept {
@@ -437,11 +436,12 @@ class YarpRobot final : public middleware::ServedRobot {
     double limit_of(std::size_t j) const noexcept {
         return std::abs(wished_[j].values[wanted(j) == VOCAB_CM_VELOCITY ? Wish::acceleration : Wish::speed]);
     }
-    /// What is wished of the joint, unless it was taken back since.
+    /// What is wished of the joint, unless it was taken back since. Before the first controller nobody is
+    /// lost.
     int wanted(std::size_t j) const {
-        if (is_overruled(j))
-            return request_.host.on_loss == middleware::OnLoss::limp ? VOCAB_CM_IDLE : VOCAB_CM_POSITION;
-        return wished_[j].mode;
+        if (!is_overruled(j)) return wished_[j].mode;
+        return gone_ > 0 && request_.host.on_loss == middleware::OnLoss::limp ? VOCAB_CM_IDLE
+                                                                              : VOCAB_CM_POSITION;
     }
     bool is_overruled(std::size_t j) const { return overruled_[j].first == wished_[j].times; }
     /// Must somebody go on sending references?
@@ -507,12 +507,8 @@ class YarpRobot final : public middleware::ServedRobot {
     }
 
     void let_go(Event why) noexcept {
-        const bool was_driven = std::exchange(is_driven_, false);
-        overrule();
-        take_modes();
-        if (was_driven) leave(why);
-    }
-    void leave(Event why) noexcept {
+        if (!std::exchange(is_driven_, false)) return;
+        ++gone_;
         if (std::exchange(are_settings_changed_, false)) {
             const std::lock_guard lock(shared_.settings.mutex);
             auto& its = shared_.settings;
@@ -522,9 +518,8 @@ class YarpRobot final : public middleware::ServedRobot {
             its.changed = (shared_.has_position_gains ? 1 : 0) | (shared_.has_torque_gains ? 2 : 0) |
                           (shared_.has_motor_parameters ? 4 : 0);
         }
-        is_driven_ = false;
-        remember();
-        ++gone_;
+        overrule();
+        take_modes();
         tell(why);
     }
     void take_joints() {
@@ -533,14 +528,10 @@ class YarpRobot final : public middleware::ServedRobot {
             wished_[static_cast<std::size_t>(j)].values[Wish::position] = s_[j];
         }
         overrule();
-        remember();
         take_modes();
     }
     void overrule() noexcept {
         for (std::size_t j = 0; j < mode_.size(); ++j) overruled_[j] = asked(j);
-    }
-    void remember() noexcept {
-        for (std::size_t j = 0; j < mode_.size(); ++j) left_[j] = asked(j);
     }
     void tell(Event event) noexcept {
         const unsigned next = told_.load();
@@ -593,7 +584,6 @@ class YarpRobot final : public middleware::ServedRobot {
     std::vector<Wish> wished_; ///< of each joint
     /// The Wish::times that count no more since the joint was taken back, and the position wished then.
     std::vector<std::pair<double, double>> overruled_;
-    std::vector<std::pair<double, double>> left_; ///< the same when the last controller left
     int world_mode_ = -1;
     VectorXd led_, speed_;             ///< of the modes of position
     VectorXd references_, values_, s_; ///< of the other modes; what was read; joint positions

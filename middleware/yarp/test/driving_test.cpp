@@ -163,6 +163,34 @@ bool leads_to(Running& run, const std::function<bool()>& is_so) {
 
 } // namespace
 
+TEST_F(YarpServe, IsLimpOnceAControllerIsLostAndNotBefore) {
+    auto limp = by_the_clock;
+    limp.insert(limp.end(), {"--on-loss", "limp"});
+    const std::vector<std::pair<std::string, int>> modes = {{"Velocity", VOCAB_CM_VELOCITY},
+                                                            {"Torque", VOCAB_CM_TORQUE},
+                                                            {"Position Direct", VOCAB_CM_POSITION_DIRECT}};
+    for (const auto& [mode, its] : modes) {
+        SCOPED_TRACE(mode);
+        std::filesystem::remove(folder_ / "said");
+        const auto served = serve(limp);
+        ASSERT_TRUE(is_there("/clock/rpc"));
+        Client board("remote_controlboard", "/icubSim/left_leg", "/test/leg");
+        EXPECT_TRUE(waits_until([&] { return are_in(board, VOCAB_CM_POSITION); })) << "nobody was lost";
+        {
+            Running run(driven(mode, ", start_timeout: 60"));
+            ASSERT_TRUE(leads_to(run, [&, &its = its] { return are_in(board, its); }))
+                << run.simulation.failure();
+            run.simulation.stop();
+        }
+        EXPECT_TRUE(waits_until([&] { return are_in(board, VOCAB_CM_IDLE); }));
+        usleep(500'000);
+        EXPECT_TRUE(are_in(board, VOCAB_CM_IDLE)) << "what the controller gave back in the end is over";
+        const std::string said = read("said"), left = "the controller has left; its joints are limp";
+        expect_contains(said, left);
+        EXPECT_EQ(said.find(left), said.rfind(left)) << said;
+    }
+}
+
 TEST_F(YarpServe, IsNotDrivenByTwoDiagrams) {
     const auto served = serve(by_the_clock);
     ASSERT_TRUE(is_there("/clock/rpc"));

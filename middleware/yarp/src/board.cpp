@@ -235,25 +235,17 @@ class Board final : public toolbox::RobotConnection {
         auto& each = wanted.addGroup("REMOTE_CONTROLBOARD_OPTIONS");
         each.put("writeStrict", "on");
         each.put("carrier", options_.carrier);
+        drives_.emplace(options_.joints);
         // Where packets are lost YARP may give up early.
-        int names = 0, failures = 0;
-        const auto opens = [&] {
-            for (;; ++names) {
-                const std::string prefix = names == 0 ? local : local + "." + std::to_string(names);
-                wanted.put("localPortPrefix", prefix);
-                try {
-                    drives_.emplace(prefix, options_.joints); // before others see that it is connected
-                    break;
-                } catch (const std::exception&) {
-                    if (names >= 20) throw;
-                }
-            }
-            ++names;
-            return driver_.open(wanted) && driver_.isValid();
+        const auto opens = [&](int tries) {
+            const std::string prefix = tries == 0 ? local : local + "." + std::to_string(tries);
+            wanted.put("localPortPrefix", prefix);
+            // The driver's port is there before others see that this one is connected.
+            return drives_->open(prefix) && driver_.open(wanted) && driver_.isValid();
         };
-        while (!opens() && ++failures < 3) {
-        }
-        if (failures == 3)
+        bool is_open = false;
+        for (int tries = 0; tries < 6 && !is_open; ++tries) is_open = opens(tries);
+        if (!is_open)
             throw std::runtime_error("its control boards " + list_of(boards).toString() +
                                      " do not open; look whether they have the joints " +
                                      list_of(options_.joints).toString() +

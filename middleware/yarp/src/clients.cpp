@@ -21,6 +21,7 @@ namespace {
 
 constexpr float longest_answer = 2;     ///< s
 constexpr double longest_way = 1;       ///< s of a command whose sender has gone
+constexpr double longest_start = 10;    ///< s until a client says whether it is a diagram
 constexpr const char* asks = "/rpc:o";  ///< ends the port by which remote_controlboard asks its board
 constexpr const char* asked = "/rpc:i"; ///< that of the board
 constexpr const char* tells = "/driver";
@@ -45,14 +46,18 @@ std::optional<std::vector<std::string>> Clients::ask() {
     return clients;
 }
 
-Driver::Driver(const std::string& prefix, const std::vector<std::string>& joints) {
+Driver::Driver(const std::vector<std::string>& joints) {
     for (const auto& joint : joints) joints_.addString(joint);
     port_.setReader(*this);
-    open_port(port_, prefix + tells, prefix + tells);
 }
 Driver::~Driver() {
     port_.interrupt();
     port_.close();
+}
+
+bool Driver::open(const std::string& prefix) {
+    port_.close();
+    return port_.open(prefix + tells);
 }
 
 bool Driver::read(os::ConnectionReader& reader) {
@@ -106,34 +111,34 @@ void await_joints(const std::string& robot, const std::vector<std::string>& boar
     }
 }
 
-bool Leaving::look(std::uint64_t commands) {
+bool Leaving::look(std::uint64_t commands, bool is_driven) {
     const double now = middleware::now();
     for (auto& board : boards_) {
         const auto clients = board.ask();
         if (!clients) return false; // nobody knows
         for (const auto& client : *clients) {
-            const auto found = lately_.find(client);
-            const bool is_diagram = found != lately_.end() ? found->second.is_diagram
-                                                           : !joints_driven_by(client, board.board()).empty();
-            lately_[client] = {now, is_diagram};
+            auto& its = lately_.try_emplace(client, Client{now, now, false}).first->second;
+            its.last = now;
+            // One that is busy may answer late.
+            if (!its.is_diagram && now - its.first < longest_start)
+                its.is_diagram = !joints_driven_by(client, board.board()).empty();
         }
     }
     std::erase_if(lately_, [&](const auto& each) { return now - each.second.last > longest_way; });
-    if (commands != commands_) {
-        commands_ = commands;
-        const bool are_diagrams =
-            std::ranges::any_of(lately_, [](const auto& each) { return each.second.is_diagram; });
+    if (!is_driven) {
         may_have_sent_.clear();
-        for (const auto& [client, seen] : lately_)
-            if (seen.is_diagram || !are_diagrams) may_have_sent_.insert(client);
+        return false;
     }
-    const auto is_there = [&](const std::string& client) {
-        const auto found = lately_.find(client);
-        return found != lately_.end() && found->second.last == now;
+    if (may_have_sent_.empty() || commands != commands_)
+        for (const auto& [client, its] : lately_) may_have_sent_[client] |= its.is_diagram;
+    commands_ = commands;
+    const bool are_diagrams =
+        std::ranges::any_of(may_have_sent_, [](const auto& each) { return each.second; });
+    const auto is_there = [&](const auto& each) {
+        const auto found = lately_.find(each.first);
+        return (each.second || !are_diagrams) && found != lately_.end() && found->second.last == now;
     };
-    const bool has_left = !may_have_sent_.empty() && std::ranges::none_of(may_have_sent_, is_there);
-    if (has_left) may_have_sent_.clear();
-    return has_left;
+    return !may_have_sent_.empty() && std::ranges::none_of(may_have_sent_, is_there);
 }
 
 } // namespace bf::yarp

@@ -5,7 +5,6 @@
 #include <list>
 #include <map>
 #include <optional>
-#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -31,12 +30,13 @@ class Clients {
     ::yarp::os::Port port_;
 };
 
-/// Tells others which joints a diagram drives, at the port PREFIX/driver, as long as this lives.
+/// Tells others which joints a diagram drives, at the port PREFIX/driver.
 class Driver final : ::yarp::os::PortReader {
   public:
-    /// `prefix` is that of the diagram's ports.
-    Driver(const std::string& prefix, const std::vector<std::string>& joints);
+    explicit Driver(const std::vector<std::string>& joints);
     ~Driver() override;
+    /// `prefix` is that of the diagram's ports; one of before is closed. False: the port does not open.
+    bool open(const std::string& prefix);
 
   private:
     bool read(::yarp::os::ConnectionReader& reader) override;
@@ -54,24 +54,24 @@ std::vector<std::string> joints_driven_by(const std::string& client, const std::
 void await_joints(const std::string& robot, const std::vector<std::string>& boards,
                   const std::vector<std::string>& joints, const std::string& prefix, double end);
 
-/// Notices that whoever drove some boards has left.
+/// Notices that whoever drives some boards has left.
 class Leaving {
   public:
     explicit Leaving(const std::vector<std::string>& boards) : boards_(boards.begin(), boards.end()) {}
 
-    /// To be called a few times a second, with how many commands have come so far. True once, when none of
-    /// those is connected any more who can have sent the last one: where diagrams were among them, the
-    /// diagrams.
-    bool look(std::uint64_t commands);
+    /// To be called a few times a second, with how many commands have come so far. True when the boards are
+    /// driven, and nobody is connected any more who can have sent a command since they are: where diagrams
+    /// were among those, the diagrams.
+    bool look(std::uint64_t commands, bool is_driven);
 
   private:
-    struct Seen {
-        double last; ///< s
+    struct Client {
+        double first, last; ///< seen, s
         bool is_diagram;
     };
     std::list<Clients> boards_;
-    std::map<std::string, Seen> lately_;  ///< commands are under way for longer than connections
-    std::set<std::string> may_have_sent_; ///< the last command
+    std::map<std::string, Client> lately_;      ///< commands are under way for longer than connections
+    std::map<std::string, bool> may_have_sent_; ///< who, and whether it is a diagram
     std::uint64_t commands_ = 0;
 };
 

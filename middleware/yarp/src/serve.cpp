@@ -507,7 +507,7 @@ class YarpRobot final : public middleware::ServedRobot {
     }
 
     void let_go(Event why) noexcept {
-        if (!std::exchange(is_driven_, false)) return;
+        if (!is_driven_.exchange(false)) return;
         ++gone_;
         if (std::exchange(are_settings_changed_, false)) {
             const std::lock_guard lock(shared_.settings.mutex);
@@ -563,7 +563,7 @@ class YarpRobot final : public middleware::ServedRobot {
             shown_bell_.wait(0.05, [&] { return senses_->shown.newest() != sent || is_over_; });
             if (middleware::now() - looked > 0.05) {
                 const auto commands = commands_.load();
-                if (leaving_->look(commands)) left_after_ = commands;
+                if (leaving_->look(commands, is_driven_)) left_after_ = commands;
                 looked = middleware::now();
             }
             if (senses_->shown.newest() == sent) continue;
@@ -588,8 +588,8 @@ class YarpRobot final : public middleware::ServedRobot {
     VectorXd led_, speed_;             ///< of the modes of position
     VectorXd references_, values_, s_; ///< of the other modes; what was read; joint positions
     Settings before_;
-    bool is_driven_ = false, is_mixed_ = false, had_clients_ = false, are_modes_new_ = false,
-         are_settings_changed_ = false;
+    std::atomic<bool> is_driven_{false};
+    bool is_mixed_ = false, had_clients_ = false, are_modes_new_ = false, are_settings_changed_ = false;
     double heard_ = 0, mixed_since_ = 0, limit_ = -1; ///< s, 0: not; that the world has, -1: none
     std::atomic<int> gone_{0};
     std::array<std::atomic<Event>, 64> events_{};

@@ -93,12 +93,12 @@ class Differential {
         Size size;
         Type type = Type::float64;
         const void* data = nullptr;
-        std::size_t same = 0;   ///< as which it is one memory
-        std::size_t first = 0;  ///< of its numbers among those of all operands
-        int slopes = -1;        ///< that it reads, if they move
-        bool is_result = false; ///< of which slopes are wanted
-        bool decides = false;   ///< which elements are moved where
-        int from = -1;          ///< first of its elements among all that move; -1: it does not
+        std::size_t same = 0;                    ///< as which it is one memory
+        std::size_t first = 0;                   ///< of its numbers among those of all operands
+        int slopes = -1;                         ///< that it reads, if they move
+        bool is_read = false, is_result = false; ///< its values; of which slopes are wanted
+        bool decides = false;                    ///< which elements are moved where
+        int from = -1; ///< first of its elements among all that move; -1: it does not
         std::size_t count() const { return static_cast<std::size_t>(size.count()); }
     };
     /// Which elements the results of a rule that moves them are, and what that depends on.

@@ -62,8 +62,8 @@ void Differential::plan_rule(Plan& plan) const {
             if (of >= 0) plan.writes.push_back({of, reference.slot, nullptr, operand.type, its.count});
         }
         // What a rule writes it reads only where rules share a workspace.
-        if (reference.source != Call::Source::slot || (is_target && slots[slot].role != Role::workspace))
-            continue;
+        operand.is_read = !is_target || slots[slot].role == Role::workspace;
+        if (reference.source != Call::Source::slot || !operand.is_read) continue;
         const int of = read_by(plan.node, reference.slot);
         const auto& its = place({plan.node, reference.slot});
         if (of < 0 || !its.is_real) continue;
@@ -161,7 +161,7 @@ void Differential::move(Plan& plan) {
         moved = {};
         set_numbers(plan);
         for (auto& operand : plan.operands) {
-            operand.decides = !operand.is_result;
+            operand.decides = operand.is_read;
             moved.from.push_back(operand.from);
             for (std::size_t e = 0; operand.from >= 0 && e < operand.count(); ++e)
                 numbers(plan, operand)[e].slope[0] =

@@ -350,6 +350,42 @@ TEST(Linearize, MapsACommonPeriodAsRunsOfTheLinearModelDo) {
     }
 }
 
+TEST(Linearize, MapsAPeriodOfTenThousandStepsAsPowersDo) {
+    const auto system = linear(R"m(
+model: m
+step: 0.001
+inputs: [u]
+outputs: [y]
+blocks:
+  x: {block: UnitDelay, initial: "[0; 0]", period: 0.001}
+  A: {block: Gain, multiplication: K*u, K: "[0.9999 -0.001; 0.001 0.9999]"}
+  b: {block: Gain, K: "[0.001; 0.002]"}
+  next: {block: Sum, signs: ++}
+  slow: {block: UnitDelay, initial: "[0; 0]", period: 10}
+connections:
+  x: [A, slow]
+  A: next.u1
+  u: b
+  b: next.u2
+  next: x
+  slow: y
+)m");
+    Matrix step(2, 2), power = Matrix::Identity(2, 2);
+    step << 0.9999, -0.001, 0.001, 0.9999;
+    Vector b(2), sum = Vector::Zero(2);
+    b << 0.001, 0.002;
+    for (int k = 0; k < 10000; ++k) {
+        sum = step * sum + b;
+        power = step * power;
+    }
+    ASSERT_EQ(system.states, (std::vector<std::string>{"x.x[1]", "x.x[2]", "slow.x[1]", "slow.x[2]"}));
+    EXPECT_EQ(system.period, 10);
+    EXPECT_LT((system.A.topLeftCorner(2, 2) - power).norm(), 1e-12);
+    EXPECT_LT((system.B.col(0).head(2) - sum).norm(), 1e-12 * sum.norm());
+    EXPECT_EQ(system.A.bottomLeftCorner(2, 2), Matrix::Identity(2, 2));
+    EXPECT_EQ(system.C.rightCols(2), Matrix::Identity(2, 2));
+}
+
 TEST(Linearize, SaysOfTheModelItselfWhetherALoopIsStableThatItsCutHolds) {
     // A loop at 100 Hz around an integrator, and a slow path aside of almost no gain.
     const auto text = [](const std::string& slow, const std::string& gain) {
@@ -485,20 +521,26 @@ blocks:
   slow: {block: UnitDelay, initial: 0.2}
   product: {block: Product, operations: "**"}
   sum: {block: Sum, signs: ++}
+  both: {block: Mux}
+  which: {block: Fcn, expression: 1 + (u > 0)}
+  picked: {block: IndexVector}
   on:
     execution: enabled
     inputs: [a]
     outputs: [b]
     blocks: {g: {block: Gain, K: 3}}
     connections: {a: g, g: b}
-  total: {block: Sum, signs: ++}
+  total: {block: Sum, signs: +++}
 connections:
-  u: [f, on.a, on.enable]
+  u: [f, on.a, on.enable, which]
   f: limited
-  limited: [past, sum.u1]
+  limited: [past, sum.u1, both.u1]
   past: [slow, product.u1]
   slow: product.u2
-  product: sum.u2
+  product: [sum.u2, both.u2]
+  both: picked.u
+  which: picked.index
+  picked: total.u3
   sum: total.u1
   on.b: total.u2
   total: y

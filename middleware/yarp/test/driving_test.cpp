@@ -237,6 +237,45 @@ TEST_F(YarpServe, IsDrivenByDiagramsThatHaveJointsOfTheirOwn) {
     EXPECT_EQ(modes[0], VOCAB_CM_POSITION);
 }
 
+TEST_F(YarpServe, MovesByWhatIsAskedStopsWhereItIsAndSpeedsUpAsIsAsked) {
+    const auto served = serve();
+    ASSERT_TRUE(is_there("/clock/rpc"));
+    Client board("remote_controlboard", "/icubSim/left_leg", "/test/leg");
+    auto& position = board.as<dev::IPositionControl>();
+    auto& velocity = board.as<dev::IVelocityControl>();
+    Clock clock;
+    clock.ask("stepSimulationAndWait 100");
+    const Eigen::Vector3d start = positions(board, 0.1) * degrees;
+    double target = 0;
+    ASSERT_TRUE(position.setRefSpeed(0, 20) && position.setRefSpeed(1, 20) && position.relativeMove(0, 8) &&
+                position.relativeMove(1, -20));
+    ASSERT_TRUE(position.getTargetPosition(0, &target));
+    EXPECT_NEAR(target, start[0] + 8, 1e-6);
+    // The third joint has 10 degrees per second after half a second.
+    double asked = 0;
+    ASSERT_TRUE(board.as<dev::IControlMode>().setControlMode(2, VOCAB_CM_VELOCITY) &&
+                velocity.setRefAcceleration(2, 20) && velocity.velocityMove(2, 10));
+    ASSERT_TRUE(waits_until([&] { return velocity.getRefVelocity(2, &asked) && asked == 10; }));
+    clock.ask("stepSimulationAndWait 500");
+    const Eigen::Vector3d half = positions(board, 0.6) * degrees;
+    EXPECT_NEAR(half[0] - start[0], 8, 1);
+    EXPECT_NEAR(half[1] - start[1], -10, 2.5);
+    EXPECT_GT(half[2] - start[2], 0.8);
+    EXPECT_LT(half[2] - start[2], 2.6) << "led by a t^2 / 2, and it lags behind";
+    ASSERT_TRUE(position.stop());
+    ASSERT_TRUE(position.getTargetPosition(1, &target));
+    EXPECT_NEAR(target, half[1], 1e-6);
+    EXPECT_TRUE(velocity.getRefVelocity(2, &asked));
+    EXPECT_EQ(asked, 0);
+    clock.ask("stepSimulationAndWait 1000"); // in which the third joint slows down
+    const Eigen::Vector3d stopped = positions(board, 1.6) * degrees;
+    EXPECT_NEAR(stopped[1], half[1], 1);
+    EXPECT_NEAR(stopped[2] - start[2], 5, 0.5);
+    ASSERT_TRUE(board.as<dev::IControlMode>().setControlMode(2, VOCAB_CM_POSITION) &&
+                position.getTargetPosition(2, &target));
+    EXPECT_NEAR(target, stopped[2], 1e-6) << "it stays where it is when it goes over";
+}
+
 /// Somebody looks on all the while, whose coming and going is nothing.
 TEST_F(YarpServe, NoticesByTheClockThatADiagramHasEndedOrWasKilledInAnyMode) {
     auto words = by_the_clock;

@@ -27,6 +27,29 @@ template <int most, class T> void expect_products() {
             }
 }
 
+/// Where the compiler knows the extents, tiles are others.
+template <int most, class T, int m, int depth, int n> void expect_known_product() {
+    const MatrixOf<T> a = MatrixOf<T>::Random(m, depth), b = MatrixOf<T>::Random(depth, n);
+    MatrixOf<T> expected(m, n), y(m, n);
+    MatrixProduct{}.run<0>(view(expected), view(a), view(b));
+    MatrixProduct{}.run<most>(FixedView<T, m, n>(y.data()), FixedView<const T, m, depth>(a.data()),
+                              FixedView<const T, depth, n>(b.data()));
+    ASSERT_EQ(y, expected) << m << " x " << depth << " by " << n << " in " << most;
+}
+template <int most, class T, int m> void expect_known_products() {
+    expect_known_product<most, T, m, 5, 1>();
+    expect_known_product<most, T, m, 1, 3>();
+    expect_known_product<most, T, m, 6, 13>();
+}
+template <int most, class T> void expect_known_products() {
+    expect_known_products<most, T, 1>();
+    expect_known_products<most, T, 3>();
+    expect_known_products<most, T, 6>();
+    expect_known_products<most, T, 12>();
+    expect_known_products<most, T, 23>();
+    expect_known_products<most, T, 38>();
+}
+
 template <int most, class T> void expect_transposes() {
     for (const int m : sizes)
         for (const int n : sizes) {
@@ -59,6 +82,8 @@ template <int most, class T> void expect_solutions() {
 template <int most> void expect_all() {
     expect_products<most, double>();
     expect_products<most, float>();
+    expect_known_products<most, double>();
+    expect_known_products<most, float>();
     expect_transposes<most, double>();
     expect_transposes<most, float>();
     expect_solutions<most, double>();

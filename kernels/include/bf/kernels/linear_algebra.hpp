@@ -229,15 +229,14 @@ struct CholeskySolve {
         using T = Element<X>;
         const int n = a.rows, m = (b.cols + 3) / 4 * 4, height = m + n; // rows of zeros fill the last tile
         T *const z = work.data, *const packed = z + n * height;
-        for (int j = 0; j < n; ++j) {
-            T* const column = z + j * height;
-#pragma GCC unroll 4
-            for (int i = 0; i < b.cols; ++i) column[i] = b[j + i * n];
-            for (int i = b.cols; i < m; ++i) column[i] = 0;
-#pragma GCC unroll 4
-            for (int i = 0; i <= j; ++i) column[m + i] = a[j + i * n];
-        }
         const int fours = n - n % 4;
+        detail::transpose<most>(z, height, b.data, n, n, b.cols);
+        for (int j = 0; j < n; ++j)
+            for (int i = b.cols; i < m; ++i) z[i + j * height] = 0;
+        // Tiles on the diagonal bring elements above it along, which nobody uses.
+        for (int j = 0; j < fours; j += 4)
+            detail::transpose<most>(z + m + j * height, height, a.data + j, n, 4, j + 4);
+        detail::transpose<most>(z + m + fours * height, height, a.data + fours, n, n - fours, n);
         bool positive = true;
         for (int j = n - 1; j >= fours; --j)
             positive = detail::factor_columns<1, most>(z, m, n, j, packed) && positive;
@@ -245,8 +244,7 @@ struct CholeskySolve {
             positive = detail::factor_columns<4, most>(z, m, n, j, packed) && positive;
         for (int j = 0; j < fours; j += 4) detail::solve_columns<4, most>(z, m, n, j, packed);
         for (int j = fours; j < n; ++j) detail::solve_columns<1, most>(z, m, n, j, packed);
-        for (int i = 0; i < b.cols; ++i)
-            for (int j = 0; j < n; ++j) x[j + i * n] = z[i + j * height];
+        detail::transpose<most>(x.data, n, z, height, b.cols, n);
         return positive;
     }
 };

@@ -42,17 +42,22 @@ constexpr void transpose_tile(T* __restrict y, int y_step, const T* __restrict u
         for (int i = 0; i < 4; ++i) y[j + i * y_step] = u[i + j * u_step];
 }
 
-/// y = uᵀ for u of rows × cols.
-template <int most = widest, class T>
-constexpr void transpose(T* __restrict y, const T* __restrict u, int rows, int cols) noexcept {
+/// y = uᵀ for u of rows × cols; their columns stand y_step and u_step elements apart.
+template <int most, class T>
+constexpr void transpose(T* __restrict y, int y_step, const T* __restrict u, int u_step, int rows,
+                         int cols) noexcept {
     const int tall = rows - rows % 4, wide = cols - cols % 4;
     for (int j = 0; j < wide; j += 4)
         for (int i = 0; i < tall; i += 4)
-            transpose_tile<most>(y + j + i * cols, cols, u + i + j * rows, rows);
+            transpose_tile<most>(y + j + i * y_step, y_step, u + i + j * u_step, u_step);
     for (int i = tall; i < rows; ++i)
-        for (int j = 0; j < wide; ++j) y[j + i * cols] = u[i + j * rows];
+        for (int j = 0; j < wide; ++j) y[j + i * y_step] = u[i + j * u_step];
     for (int j = wide; j < cols; ++j)
-        for (int i = 0; i < rows; ++i) y[j + i * cols] = u[i + j * rows];
+        for (int i = 0; i < rows; ++i) y[j + i * y_step] = u[i + j * u_step];
+}
+template <int most = widest, class T>
+constexpr void transpose(T* y, const T* u, int rows, int cols) noexcept {
+    transpose<most>(y, cols, u, rows, rows, cols);
 }
 
 /// y += f x, n elements.
@@ -74,47 +79,72 @@ template <class V, class T> constexpr void add_product(V& sum, const V& x, T f) 
         sum += x * f;
 }
 
-/// R × C elements of y = a b: y and a have `rows` rows, b has `depth`. The sums stay in registers,
-/// which takes loops that are unrolled for sure.
-template <int R, int C, int most, class T>
+/// P registers of L rows, the last one from row `last` on, and C columns of y = a b: y and a have `rows`
+/// rows, b has `depth`. The sums stay in registers, which takes loops that are unrolled for sure, but for the
+/// one along the sums: compilers that unroll it keep sums in memory.
+template <int L, int P, int C, int most, class T>
 constexpr void product_tile(T* __restrict y, const T* __restrict a, const T* __restrict b, int rows,
-                            int depth) noexcept {
-    using Pack = Lanes<T, R, most>;
-    constexpr int count = R / Pack::count;
-    typename Pack::type sum[C][count] = {};
+                            int depth, int last) noexcept {
+    using Pack = Lanes<T, L, most>;
+    typename Pack::type sum[C][P] = {};
+#pragma GCC unroll 1
     for (int k = 0; k < depth; ++k, a += rows, ++b)
-#pragma GCC unroll 16
-        for (int r = 0; r < count; ++r) {
+#pragma GCC unroll 4
+        for (int p = 0; p < P; ++p) {
             typename Pack::type x;
-            Pack::load(x, a + r * Pack::count);
-#pragma GCC unroll 4
-            for (int c = 0; c < C; ++c) add_product(sum[c][r], x, b[c * depth]);
+            Pack::load(x, a + (p < P - 1 ? p * L : last));
+#pragma GCC unroll 8
+            for (int c = 0; c < C; ++c) add_product(sum[c][p], x, b[c * depth]);
         }
-#pragma GCC unroll 4
+#pragma GCC unroll 8
     for (int c = 0; c < C; ++c)
-#pragma GCC unroll 16
-        for (int r = 0; r < count; ++r) Pack::store(y + r * Pack::count + c * rows, sum[c][r]);
+#pragma GCC unroll 4
+        for (int p = 0; p < P; ++p) Pack::store(y + (p < P - 1 ? p * L : last) + c * rows, sum[c][p]);
 }
 
-/// C columns of y = a b from row i on, in tiles of at most Tall rows. A last tile that is more than half full
-/// overlaps rows before it: to compute some elements twice costs less than single rows.
-template <int Tall, int C, int most, class T>
+/// C columns of y = a b from row i on, in tiles of at most P registers. The last one overlaps rows before it:
+/// to compute some elements twice costs less than single rows.
+template <int L, int P, int C, int most, class T>
 constexpr void product_columns(T* y, const T* a, const T* b, int rows, int depth, int i = 0) noexcept {
-    for (; i + Tall <= rows; i += Tall) product_tile<Tall, C, most>(y + i, a + i, b, rows, depth);
-    if (rows >= Tall && i + Tall / 2 < rows)
-        product_tile<Tall, C, most>(y + rows - Tall, a + rows - Tall, b, rows, depth);
-    else if constexpr (Tall > 1)
-        product_columns<Tall / 2, C, most>(y, a, b, rows, depth, i);
+    for (; rows - i > (P - 1) * L; i += P * L)
+        product_tile<L, P, C, most>(y + i, a + i, b, rows, depth,
+                                    rows - i < P * L ? rows - i - L : (P - 1) * L);
+    if constexpr (P > 1) product_columns<L, P - 1, C, most>(y, a, b, rows, depth, i);
 }
 
-/// y (rows × cols) = a (rows × depth) b (depth × cols) from column j on, in tiles of at most 16 elements, or
-/// of 32 where registers hold eight: with less sums at a time, one would wait for the last.
-template <int most = widest, int Wide = 4, class T>
+/// How many registers of rows a tile has at most, and how many sums processors have registers for.
+template <int most> inline constexpr int most_packs = most > 32 ? 4 : 3;
+template <int most> inline constexpr int most_sums = most > 32 ? 24 : 12;
+
+/// How many elements T one register holds, at most `rows`.
+template <class T, int most, int rows, int count = 64 / sizeof(T)> constexpr int pack_size() noexcept {
+    if constexpr (count <= 1)
+        return 1;
+    else
+        return count <= rows && Lanes<T, count, most>::count == count ? count
+                                                                      : pack_size<T, most, rows, count / 2>();
+}
+
+/// y (rows × cols) = a (rows × depth) b (depth × cols) from column j on.
+template <int most = widest, int Wide = 4, int most_rows = 64, class T>
 constexpr void product(T* y, const T* a, const T* b, int rows, int depth, int cols, int j = 0) noexcept {
+    constexpr int L = pack_size<T, most, most_rows>(), P = most_rows < 64 ? 2 : most_packs<most>;
+    if constexpr (L > 1)
+        if (rows < L) return product<most, Wide, L - 1>(y, a, b, rows, depth, cols, j);
     for (; j + Wide <= cols; j += Wide)
-        product_columns<(most > 32 ? 32 : 16) / Wide, Wide, most>(y + j * rows, a, b + j * depth, rows,
-                                                                  depth);
-    if constexpr (Wide > 1) product<most, Wide / 2>(y, a, b, rows, depth, cols, j);
+        product_columns<L, P, Wide, most>(y + j * rows, a, b + j * depth, rows, depth);
+    if constexpr (Wide > 1) product<most, Wide / 2, most_rows>(y, a, b, rows, depth, cols, j);
+}
+
+/// The same of extents that the compiler knows: as few tiles as registers have room for.
+template <int most, int rows, int depth, int cols, int j = 0, class T>
+constexpr void product_of_known(T* y, const T* a, const T* b) noexcept {
+    constexpr int L = pack_size<T, most, rows>(), packs = (rows + L - 1) / L;
+    constexpr int P = packs < most_packs<most> ? packs : most_packs<most>;
+    constexpr int wide = most_sums<most> / P < 8 ? most_sums<most> / P : 8;
+    constexpr int tiles = (cols - j + wide - 1) / wide, C = (cols - j + tiles - 1) / tiles;
+    product_columns<L, P, C, most>(y + j * rows, a, b + j * depth, rows, depth);
+    if constexpr (j + C < cols) product_of_known<most, rows, depth, cols, j + C>(y, a, b);
 }
 
 } // namespace detail
@@ -133,7 +163,12 @@ struct MatrixProduct {
     }
     template <int most, class Y, class A, class B>
     constexpr void run(const Y& y, const A& a, const B& b) const noexcept {
-        detail::product<most>(y.data, a.data, b.data, a.rows, a.cols, b.cols);
+        if constexpr (is_fixed<Y> && is_fixed<A> && is_fixed<B>) {
+            if constexpr (Y::size() > 0)
+                detail::product_of_known<most, A::rows, A::cols, B::cols>(y.data, a.data, b.data);
+        } else {
+            detail::product<most>(y.data, a.data, b.data, a.rows, a.cols, b.cols);
+        }
     }
 };
 

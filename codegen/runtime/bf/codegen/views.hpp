@@ -83,16 +83,31 @@ template <class T, int... N> struct WholeNumbers {
 };
 template <class T, int... N> constexpr WholeNumbers<T, N...> numbers() noexcept { return {}; }
 
+/// Does the kernel choose the registers of the processor itself (bf/kernels/lanes.hpp)?
+template <class Kernel, class = void> inline constexpr bool chooses_registers = false;
+template <class Kernel>
+inline constexpr bool chooses_registers<Kernel, std::void_t<decltype(Kernel::chooses_registers)>> = true;
+template <class View> inline constexpr bool is_one_element = false;
+template <class T> inline constexpr bool is_one_element<kernels::FixedView<T, 1>> = true;
+/// What scales by one element chooses nothing.
+template <bool chooses, class Kernel, class... Views>
+using IfChooses =
+    std::enable_if_t<(chooses_registers<Kernel> && !(is_one_element<Views> || ...)) == chooses, int>;
+
 /// Runs a kernel out of line: one copy for all calls with the same kernel, types and extents. On x86-64 there
 /// is a second one with vectors of 32 bytes; which one runs is decided when the program is loaded. Both round
 /// alike, for contraction is off.
-template <class Kernel, class... Views>
+template <class Kernel, class... Views, IfChooses<false, Kernel, Views...> = 0>
 #if defined(__x86_64__) && defined(__GLIBC__) && defined(__OPTIMIZE__) && !defined(__clang__)
 [[gnu::noinline, gnu::flatten, gnu::target_clones("default", "arch=x86-64-v3")]]
 #else
 [[gnu::noinline]]
 #endif
 auto call(Kernel kernel, Views... views) noexcept {
+    return kernel(views...);
+}
+template <class Kernel, class... Views, IfChooses<true, Kernel, Views...> = 0>
+[[gnu::noinline]] auto call(Kernel kernel, Views... views) noexcept {
     return kernel(views...);
 }
 

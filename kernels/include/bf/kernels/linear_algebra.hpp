@@ -217,6 +217,7 @@ struct Inverse {
 /// False if a is not positive definite; x is then not finite. work: n² + n (m + 8) for b of n × m.
 struct CholeskySolve {
     static constexpr const char* name = "bf::kernels::CholeskySolve{}";
+    static constexpr bool chooses_registers = true;
     static constexpr char failure[] =
         "the matrix is not positive definite: use method lu, or look at what computes it";
     template <class T> static constexpr bool accepts = is_real<T>;

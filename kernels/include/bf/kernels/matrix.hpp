@@ -152,6 +152,7 @@ constexpr void product_of_known(T* y, const T* a, const T* b) noexcept {
 /// y = a b, y_ij = Σ_k a_ik b_kj summed in the order of k. Shapes: m × p = (m × n)(n × p).
 struct MatrixProduct {
     static constexpr const char* name = "bf::kernels::MatrixProduct{}";
+    static constexpr bool chooses_registers = true;
     template <class T> static constexpr bool accepts = is_number<T>;
     template <class Y, class A, class B>
     constexpr void operator()(const Y& y, const A& a, const B& b) const noexcept {
@@ -188,6 +189,7 @@ struct StateSpace {
 /// y = uᵀ.
 struct Transpose {
     static constexpr const char* name = "bf::kernels::Transpose{}";
+    static constexpr bool chooses_registers = true;
     template <class T> static constexpr bool accepts = is_any<T>;
     template <class Y, class U> constexpr void operator()(const Y& y, const U& u) const noexcept {
         if (is_real<Element<Y>> && u.rows >= 4 && u.cols >= 4)

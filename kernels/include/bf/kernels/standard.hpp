@@ -10,6 +10,7 @@ namespace bf::kernels {
 /// y = a b, where a scalar operand scales the other one.
 struct ScalarOrMatrixProduct {
     static constexpr const char* name = "bf::kernels::ScalarOrMatrixProduct{}";
+    static constexpr bool chooses_registers = true;
     template <class T> static constexpr bool accepts = is_number<T>;
     template <class Y, class A, class B>
     constexpr void operator()(const Y& y, const A& a, const B& b) const noexcept {

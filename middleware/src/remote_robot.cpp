@@ -84,6 +84,7 @@ void RemoteConnection::start() {
     settings_.assign(static_cast<std::size_t>(at_.settings_size()), 0);
     gains_ = settings_;
     command_[RobotLayout::session] = settings_[RobotLayout::of] = new_session();
+    sent_ = command_;
     steps_ = 0;
     mode_command_ = asked_ = 0;
     is_open_ = true;
@@ -118,9 +119,10 @@ void RemoteConnection::start() {
 
 void RemoteConnection::stop() noexcept {
     if (!std::exchange(is_open_, false)) return;
-    command_[RobotLayout::release] = 1;
-    ++command_[RobotLayout::number];
-    link_->send_command(command_.data());
+    // The last whole step is done to its end; what a step has asked for that did not end is no command.
+    sent_[RobotLayout::release] = 1;
+    ++sent_[RobotLayout::number];
+    link_->send_command(sent_.data());
     link_->stop();
 }
 
@@ -218,7 +220,8 @@ void RemoteConnection::end_step() noexcept {
     ++steps_;
     command_[RobotLayout::until] = begin_ + static_cast<double>(steps_) * period_;
     ++command_[RobotLayout::number];
-    link_->send_command(command_.data());
+    sent_ = command_; // of the same size
+    link_->send_command(sent_.data());
     if (asked_ == 0) asked_ = now();
     is_begun_ = false;
 }

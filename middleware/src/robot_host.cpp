@@ -75,26 +75,31 @@ void RobotHost::start(double period) {
     if (!options_.waits) take_joints(OnLoss::hold); // its time goes on before a controller comes
 }
 
-void RobotHost::step(double time) noexcept {
+void RobotHost::step() noexcept {
     const auto waits = [this] { return options_.waits && !(options_.is_once && gone() > 0); };
-    const double may_go = time + description_.period / 2;
-    const auto has_all = [&] {
-        take();
-        const bool has_settings = take_settings();
-        return has_settings && session_ != 0 && command_[RobotLayout::until] >= may_go;
-    };
     while (waits() && !has_all()) {
         if (is_interrupted() || end_.wants_reset() || (options_.goes_on && !options_.goes_on())) return;
-        if (session_ != 0 && end_.is_gone()) let_go(Event::died);
+        lose();
         end_.wait(0.05);
     }
     if (!waits()) {
         take();
-        if (session_ != 0 && end_.is_gone()) let_go(Event::died);
+        lose();
         if (session_ != 0 && options_.watchdog > 0 && now() - heard_ > options_.watchdog)
             let_go(Event::silent);
     }
     obey();
+}
+
+bool RobotHost::has_all() noexcept {
+    take();
+    const bool has_settings = take_settings();
+    return has_settings && session_ != 0 && may_go();
+}
+
+/// Takes the joints back from a controller that is gone, whose last words come first.
+void RobotHost::lose() noexcept {
+    if (session_ != 0 && end_.is_gone() && !has_all() && session_ != 0) let_go(Event::died);
 }
 
 void RobotHost::stop() noexcept {
@@ -164,8 +169,16 @@ void RobotHost::take() noexcept {
             tell(Event::came);
         }
         heard_ = stamp.time;
-        if (command_[RobotLayout::release] != 0) let_go(Event::left);
+        is_leaving_ = command_[RobotLayout::release] != 0;
     }
+    // Where its time waits, what was commanded last is done to its end, whenever the farewell comes.
+    if (is_leaving_ && !may_go()) let_go(Event::left);
+}
+
+/// Does its time wait, and does the newest command let it go on?
+bool RobotHost::may_go() const noexcept {
+    return options_.waits &&
+           command_[RobotLayout::until] >= state_[RobotLayout::time] + description_.period / 2;
 }
 
 /// Have those come that were given before the newest command?
@@ -256,7 +269,7 @@ void RobotHost::let_go(Event why) noexcept {
     last_session_ = std::exchange(session_, 0);
     state_[RobotLayout::owner] = 0;
     gone_.fetch_add(1, std::memory_order_relaxed);
-    tell(why);
+    tell(std::exchange(is_leaving_, false) && why == Event::died ? Event::left : why);
 }
 
 void RobotHost::take_joints(OnLoss how) noexcept {

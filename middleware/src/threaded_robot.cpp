@@ -63,6 +63,7 @@ class Worker : public std::enable_shared_from_this<Worker> {
         is_done_ = false;
         say("has ended");
         state_ = gains_ = command_ = settings_ = {};
+        until_ = 0;
         std::promise<RobotDescription> promise;
         auto described = promise.get_future();
         thread_ = std::thread([self = shared_from_this(), promise = std::move(promise)]() mutable {
@@ -181,15 +182,16 @@ class Worker : public std::enable_shared_from_this<Worker> {
         driver_.robot->stop();
     }
     void serve_led(RobotHost& host, double time) {
-        for (std::int64_t k = 0; goes_on_;) {
+        for (std::int64_t k = 0;;) {
             const double at = time + static_cast<double>(k) * description_->period;
             host.show(at);
-            host.step(at);
+            host.step();
+            if (until_ < at + description_->period / 2) return; // it is not to go on, and all before is done
             // As far as it may go at once, which is the period of whoever steps it.
             const int steps =
                 static_cast<int>(std::clamp(std::round((until_ - at) / description_->period), 1.0, 1e6));
             k += steps;
-            if (!goes_on_ || driver_.advance(steps)) continue;
+            if (driver_.advance(steps)) continue;
             say(driver_.robot->error()); // which others replace when the joints are taken back
             return;
         }
@@ -199,7 +201,7 @@ class Worker : public std::enable_shared_from_this<Worker> {
         const auto step = [&] {
             const double at = driver_.clock ? driver_.clock() : now() - begin;
             host.show(at);
-            host.step(at);
+            host.step();
         };
         for (double due = now(); goes_on_; due = std::max(due + period_, now() - period_)) {
             const timespec until{static_cast<time_t>(due), static_cast<long>((due - std::floor(due)) * 1e9)};

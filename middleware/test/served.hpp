@@ -133,7 +133,7 @@ class Served {
         RobotHost* host = nullptr;
         void observe(const bf::Run& run) noexcept override {
             host->show(run.time());
-            host->step(run.time());
+            host->step();
         }
     };
     Running running_;
@@ -268,6 +268,30 @@ inline void expect_each_step_at_its_time(const std::string& world, const std::st
         ASSERT_EQ(remote.scalar("world.age"), 0) << "the robot's time stands still between two steps";
         ASSERT_EQ(remote.get("look.y"), expected[k]) << "at " << k << " ms";
     }
+}
+
+/// What the last step commanded is done to its end, also where the farewell is there before the robot goes
+/// on: runs one after the other find the robot where the one before has left it. The oracle is the same
+/// diagram with a world of its own.
+inline void expect_the_last_step_to_be_done(Served& served, const std::string& world,
+                                            const std::string& plugin) {
+    Running direct(diagram(icub + icub_world + controller("Torque"), wires));
+    ASSERT_TRUE(direct.step());
+    const Matrix before = direct.get("world.s");
+    ASSERT_TRUE(direct.step());
+    ASSERT_NE(direct.get("world.s"), before) << "it moved";
+    served.host->show(0);
+    {
+        Running remote(diagram(icub + world + controller("Torque"), wires, plugin));
+        ASSERT_TRUE(remote.step()) << remote.simulation.failure();
+        remote.simulation.stop();
+    }
+    served.run();
+    while (served.host->gone() == 0) std::this_thread::yield();
+    EXPECT_EQ(served.time(), 0.001);
+    served.end_run();
+    EXPECT_EQ(served.get("world.s"), direct.get("world.s"));
+    EXPECT_EQ(served.events(), "came left");
 }
 
 } // namespace bf::middleware::test

@@ -1,10 +1,12 @@
 // A robot behind topics that the test has itself.
 #include "bf/core/block.hpp"
 #include "bf/middleware/clock.hpp"
+#include "bf/middleware/remote_robot.hpp"
 #include "bf/middleware/threaded_robot.hpp"
 #include "bf/middleware/topic_end.hpp"
 #include "bf/middleware/topic_robot.hpp"
 
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
@@ -30,6 +32,7 @@ struct Network {
     bool takes_joints_back = false, answers = true, never_answers = false;
     std::function<std::string()> other_driver = [] { return ""; };
     int farewells = 0;
+    std::function<void()> go_on = [] {}; ///< by a step, where it stands still otherwise
 
     void tell(const std::vector<std::string>& names, const Numbers& position, const Numbers& velocity,
               const Numbers& effort, double stamp = 0) const {
@@ -39,14 +42,16 @@ struct Network {
 
 class Recorder final : public CommandTopic {
   public:
-    explicit Recorder(std::vector<Numbers>& to) : to_(to) {}
+    Recorder(std::vector<Numbers>& to, const Network& network) : to_(to), its_(network) {}
     int readers() const noexcept override { return 1; }
     void send(std::span<const double> values, double) noexcept override {
         to_.emplace_back(values.begin(), values.end());
+        its_.go_on();
     }
 
   private:
     std::vector<Numbers>& to_;
+    const Network& its_;
 };
 
 class Topics final : public RobotTopics {
@@ -71,10 +76,15 @@ class Topics final : public RobotTopics {
         return nullptr;
     }
     std::unique_ptr<CommandTopic> commands(const std::string& topic) override {
-        return std::make_unique<Recorder>(its_.sent[topic]);
+        return std::make_unique<Recorder>(its_.sent[topic], its_);
     }
     std::unique_ptr<CommandTopic> ways(const std::string& topic, const std::vector<std::string>&) override {
-        return std::make_unique<Recorder>(its_.sent[topic]);
+        return std::make_unique<Recorder>(its_.sent[topic], its_);
+    }
+    void halt(double) override {}
+    bool step() noexcept override {
+        its_.go_on();
+        return true;
     }
     std::string refusal() const override { return ""; }
     std::string other_driver() override { return its_.other_driver(); }
@@ -92,7 +102,7 @@ class Topics final : public RobotTopics {
 
 /// Of the joints hip and knee; `first` is what comes when it starts.
 struct Driven {
-    explicit Driven(std::function<void(Network&)> first, double patience = 0.5)
+    explicit Driven(std::function<void(Network&)> first, double patience = 0.5, double step_size = 0)
         : driver(make_topic_robot(std::make_unique<Topics>(network, [this, first] { first(network); }),
                                   {.kind = "robot",
                                    .joints = {"hip", "knee"},
@@ -101,7 +111,8 @@ struct Driven {
                                    .wrenches = {},
                                    .imus = {},
                                    .is_clock = false,
-                                   .patience = patience})) {}
+                                   .patience = patience,
+                                   .step_size = step_size})) {}
     std::string refusal() {
         try {
             driver.robot->start();
@@ -121,6 +132,10 @@ struct Driven {
     }
     Network network;
     WaitingDriver driver;
+};
+
+struct Owner : Block {
+    ThreadArguments thread{this};
 };
 
 void rest(double time) { std::this_thread::sleep_for(std::chrono::duration<double>(time)); }
@@ -242,9 +257,6 @@ TEST(TopicRobot, IsCommandedInTheOrderOfItsStatesWhereItIsOneOfOurs) {
 
 /// What the destructors of globals take away, the call may still use.
 TEST(ThreadedRobot, LetsAProgramEndWithoutDestructorsOfGlobalsWhereACallNeverComesBack) {
-    struct Owner : Block {
-        ThreadArguments thread{this};
-    };
     const auto ends = [] {
         std::atexit([] { ::_exit(3); }); // as those destructors, it is called behind what came later
         Driven robot(well);
@@ -259,6 +271,45 @@ TEST(ThreadedRobot, LetsAProgramEndWithoutDestructorsOfGlobalsWhereACallNeverCom
         std::exit(7);
     };
     EXPECT_EXIT(ends(), testing::ExitedWithCode(7), "");
+}
+
+/// The controller's step is two of the robot's, which come after it has stopped.
+TEST(ThreadedRobot, DoesTheLastStepToItsEndWhereItIsLed) {
+    std::atomic<int> done{0};
+    const auto tell = [&](const Network& network) {
+        network.tell({"hip", "knee"}, {1, 2}, {0, 0}, {0, 0}, 0.001 * done);
+    };
+    Driven driven(tell, 5, 0.001);
+    driven.network.takes_joints_back = true; // no zeros at the end
+    driven.network.go_on = [&] {
+        rest(0.02);
+        ++done;
+        tell(driven.network);
+    };
+    const auto& sent = driven.network.sent["effort"];
+    const Owner owner;
+    RemoteConnection robot(make_threaded_link("robot", std::move(driven.driver), owner.thread),
+                           {.joints = {"hip", "knee"}});
+    robot.set_period(0.002);
+    robot.start();
+    ASSERT_TRUE(robot.set_mode(ControlMode::torque)) << robot.error();
+    for (const int k : {1, 2}) {
+        ASSERT_TRUE(robot.write(ControlMode::torque, Eigen::Vector2d(k, k))) << robot.error();
+        robot.end_step();
+    }
+    ASSERT_TRUE(robot.begin_step()) << robot.error();
+    EXPECT_EQ(done, 4) << "it is the time of the third step";
+    ASSERT_TRUE(robot.write(ControlMode::torque, Eigen::Vector2d(3, 3))) << robot.error();
+    robot.stop();
+    EXPECT_EQ(done, 4) << "which did not end";
+    EXPECT_EQ(sent.size(), 2U);
+    EXPECT_EQ(sent.back(), Numbers({2, 2}));
+    robot.start();
+    ASSERT_TRUE(robot.set_mode(ControlMode::torque)) << robot.error();
+    ASSERT_TRUE(robot.write(ControlMode::torque, Eigen::Vector2d(4, 4))) << robot.error();
+    robot.end_step();
+    robot.stop();
+    EXPECT_EQ(done, 6) << "the first step of the next run is its last";
 }
 
 TEST(TopicRobot, IsNotDrivenByTwo) {

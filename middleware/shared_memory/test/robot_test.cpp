@@ -102,6 +102,11 @@ TEST(SharedMemoryRobot, IsTheServedOneBitForBitInEveryMode) {
     }
 }
 
+TEST(SharedMemoryRobot, DoesTheLastStepOfAControllerThatLeaves) {
+    Served served("last", diagram(icub + icub_world));
+    middleware::test::expect_the_last_step_to_be_done(served, icub_at("last"), "SharedMemory");
+}
+
 TEST(SharedMemoryRobot, TakesGainsAndMotorParametersAndGivesThemBack) {
     const std::string set =
         "  pid: {block: WholeBodyToolbox/SetLowLevelPID, P: [100 200 300], I: [0 0 0], D: [1 2 3]}\n"

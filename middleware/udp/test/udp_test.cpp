@@ -175,6 +175,12 @@ TEST(UdpRobot, IsTheServedOneBitForBit) {
     }
 }
 
+TEST(UdpRobot, DoesTheLastStepOfAControllerThatLeaves) {
+    const int port = free_port();
+    Served served(port);
+    middleware::test::expect_the_last_step_to_be_done(served, icub_at(port), "Udp");
+}
+
 TEST(UdpRobot, IsSeenAtTheTimesOfASlowerController) {
     for (const int ratio : {2, 5}) {
         const int port = free_port();

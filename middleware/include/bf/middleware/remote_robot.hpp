@@ -121,6 +121,7 @@ class RemoteConnection final : public toolbox::RobotConnection {
     RobotLayout at_{robot_};
     std::vector<int> theirs_; ///< number of our joint i at the robot
     std::vector<double> state_, command_, settings_, gains_;
+    std::vector<double> sent_;         ///< the command of the last step that has ended
     double period_ = 0, begin_ = 0;    ///< s; of the robot's clock when we began
     double came_ = 0;                  ///< when the newest state was written, s
     double asked_ = 0;                 ///< when the first command after it was sent, s; 0: none was

@@ -77,7 +77,7 @@ class RobotHost {
     /// Between the outputs and the updates of a step at that time of the robot: shows its state.
     void show(double time) noexcept;
     /// Then waits where it waits, and gives the robot what the controller commands. Allocates nothing.
-    void step(double time) noexcept;
+    void step() noexcept;
     /// Takes the joints back.
     void stop() noexcept;
     /// Takes the joints back from a robot that will be as it began in the next step.
@@ -91,7 +91,10 @@ class RobotHost {
 
   private:
     void show_gains() noexcept;
+    bool has_all() noexcept;
+    void lose() noexcept;
     void take() noexcept;
+    bool may_go() const noexcept;
     bool take_settings() noexcept;
     void obey() noexcept;
     void obey_settings() noexcept;
@@ -120,6 +123,7 @@ class RobotHost {
     double last_session_ = 0;               ///< of the one before, whose commands are not obeyed any more
     double heard_ = 0;                      ///< when the last command was given, s
     double modes_set_ = 0, references_ = 0; ///< how many of those that it asked for were done
+    bool is_leaving_ = false;               ///< it has said farewell, behind what is still to be done
     bool is_changed_ = false;               ///< loops are not those of before
     bool are_new_ = false;                  ///< settings, which nobody has obeyed
     std::array<std::atomic<Event>, 64> events_{};

@@ -63,6 +63,18 @@ bool write_all(int descriptor, std::string_view text) {
     return true;
 }
 
+/// Appends the first bytes of a file to another one. False: errno says why, EIO where it has not so many.
+bool copy_all(int from, int to, ::off_t size) {
+    std::array<char, 65536> part{};
+    for (::off_t at = 0; at < size;) {
+        errno = EIO;
+        const ::ssize_t count = ::pread(from, part.data(), part.size(), at);
+        if (count <= 0 || !write_all(to, {part.data(), static_cast<std::size_t>(count)})) return false;
+        at += count;
+    }
+    return true;
+}
+
 /// Puts the content of a file in the place of another one's; on a full disk that one stays as it was.
 bool copy_into(int from, const fs::path& to, ::off_t old_size) {
     const ::off_t size = ::lseek(from, 0, SEEK_END);
@@ -70,13 +82,7 @@ bool copy_into(int from, const fs::path& to, ::off_t old_size) {
     if (file < 0) return false;
     int problem = size > 0 ? ::posix_fallocate(file, 0, size) : 0; // the room first
     if (problem != 0) ::ftruncate(file, old_size);
-    std::array<char, 65536> part{};
-    for (::off_t at = 0; problem == 0 && at < size;) {
-        const ::ssize_t count = ::pread(from, part.data(), part.size(), at);
-        if (count <= 0 || !write_all(file, {part.data(), static_cast<std::size_t>(count)}))
-            problem = errno ? errno : EIO;
-        at += count;
-    }
+    if (problem == 0 && !copy_all(from, file, size)) problem = errno;
     if (problem == 0 && (::ftruncate(file, size) != 0 || ::fsync(file) != 0)) problem = errno;
     ::close(file);
     errno = problem;
@@ -302,20 +308,32 @@ void OutputFolder::write(const fs::path& name, std::string_view text, bool is_pr
     const fs::path file = temporary_ / name;
     std::error_code error;
     fs::create_directories(file.parent_path(), error);
-    if (error) fail(error.message());
+    if (error) fail(write_error(error.value()));
     const int to =
         ::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, is_program ? 0777 : 0666);
     const bool is_written = to >= 0 && write_all(to, text);
     const int why = errno;
     if (to >= 0) ::close(to);
-    if (!is_written) fail(name.string() + ": " + std::strerror(why));
+    if (!is_written) fail(name.string() + ": " + write_error(why));
 }
 
 void OutputFolder::copy(const fs::path& from, const fs::path& name) const {
+    const fs::path file = temporary_ / name;
     std::error_code error;
-    fs::create_directories((temporary_ / name).parent_path(), error);
-    if (!error) fs::copy_file(from, temporary_ / name, fs::copy_options::skip_existing, error);
-    if (error) fail(from.string() + ": " + error.message());
+    fs::create_directories(file.parent_path(), error);
+    if (error) fail(write_error(error.value()));
+    const Reading source(from);
+    struct stat status {};
+    if (!source.is_open() || ::fstat(source.descriptor(), &status) != 0)
+        fail(from.string() + ": " + file_error(errno));
+    const int to =
+        ::open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, status.st_mode & 0777);
+    if (to < 0 && errno == EEXIST) return; // as another file of that name
+    const bool is_written = to >= 0 && ::fchmod(to, status.st_mode & 0777) == 0 &&
+                            copy_all(source.descriptor(), to, status.st_size);
+    const int why = errno;
+    if (to >= 0) ::close(to);
+    if (!is_written) fail(name.string() + ": " + write_error(why));
 }
 
 void OutputFolder::commit() {

@@ -9,6 +9,7 @@
 #include <link.h>
 #include <unistd.h>
 
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 
@@ -220,6 +221,27 @@ TEST_F(FilesTest, SayWhyTheyCannotBeWritten) {
     EXPECT_EQ(error_of([&] { OutputFile(at / std::string(300, 'x')).commit(); }),
               "cannot write " + (at / std::string(300, 'x')).string() +
                   ": File name too long; give a shorter name");
+}
+
+/// A limit on the size of files stands for a full disk.
+TEST_F(FilesTest, FoldersSayWhyAndWhichOfTheirFilesCannotBeWritten) {
+    put("whole", std::string(100'000, 'x'));
+    const OutputFolder folder(at / "new");
+    const auto ignored = std::signal(SIGXFSZ, SIG_IGN);
+    rlimit before{};
+    getrlimit(RLIMIT_FSIZE, &before);
+    const rlimit small{10'000, before.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &small);
+    const std::string copied = error_of([&] { folder.copy(at / "whole", "lib/whole"); }),
+                      written = error_of([&] { folder.write("text", std::string(100'000, 'x')); });
+    setrlimit(RLIMIT_FSIZE, &before);
+    std::signal(SIGXFSZ, ignored);
+    const std::string start = "cannot write the folder " + (at / "new").string() + ": ",
+                      why = ": File too large; raise the limit on the size of files, or write less";
+    EXPECT_EQ(copied, start + "lib/whole" + why);
+    EXPECT_EQ(written, start + "text" + why);
+    EXPECT_EQ(error_of([&] { folder.copy(at / "none", "lib/none"); }),
+              start + (at / "none").string() + ": No such file or directory");
 }
 
 TEST_F(FilesTest, AreNotReadWhereTheyHaveNoEnd) {

@@ -1,6 +1,8 @@
 // What references do when measurements are too old.
 #include "running.hpp"
 
+#include <tuple>
+
 namespace bf::toolbox::test::ages {
 namespace {
 
@@ -67,6 +69,19 @@ TEST(AgeOfMeasurements, EndsTheRun) {
     EXPECT_EQ(run.simulation.failure(),
               "drive: the measurements are 50 ms old, and age_limit is 10 ms; look at the "
               "robot's connection");
+}
+
+TEST(AgeOfMeasurements, EndsTheRunWithNumbersThatSayWhichIsLarger) {
+    for (const auto& [limit, age, text] :
+         {std::tuple("0.0004", 0.0009, "900 us old, and age_limit is 400 us;"),
+          std::tuple("0.0096", 0.0104, "10400 us old, and age_limit is 9600 us;"),
+          std::tuple("1e-9", 2e-6, "2 us old, and age_limit is 1 us;")}) {
+        Running run(model(std::string(", age_limit: ") + limit));
+        EXPECT_EQ(torque(run, 2, 0), 2);
+        run.set("age", age);
+        EXPECT_FALSE(run.step());
+        expect_contains(run.simulation.failure(), text);
+    }
 }
 
 } // namespace bf::toolbox::test::ages

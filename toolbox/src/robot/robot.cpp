@@ -301,11 +301,16 @@ class SetReferences final : public DeviceBlock {
         }
         if (has_limit()) {
             if (const double found = age_of(at); found > age_limit) {
+                if (*when_old == "stop" && age_limit < 0.01)
+                    return Status::failure(
+                        "the measurements are {} us old, and age_limit is {} us; look at the "
+                        "robot's connection",
+                        count(found, 1e-6), count(age_limit, 1e-6));
                 if (*when_old == "stop")
                     return Status::failure(
                         "the measurements are {} ms old, and age_limit is {} ms; look at the "
                         "robot's connection",
-                        milliseconds(found), milliseconds(age_limit));
+                        count(found, 1e-3), count(age_limit, 1e-3));
                 if (mode() == ControlMode::position) return ok; // it has them
                 const double left =
                     *when_old == "hold" ? 1 : std::max(0.0, 1 - (at[since] + at.period()) / ramp_time);
@@ -331,7 +336,10 @@ class SetReferences final : public DeviceBlock {
   private:
     bool has_limit() const { return std::isfinite(*age_limit); }
     double age_of(Now at) const { return at.is_connected(age) ? at[age] : at[robot].age(); }
-    static int milliseconds(double time) { return static_cast<int>(std::min(std::round(1000 * time), 1e9)); }
+    /// In that unit; what is not zero is not told as zero.
+    static int count(double time, double unit) {
+        return static_cast<int>(std::clamp(std::round(time / unit), 1.0, 1e9));
+    }
     ControlMode mode() const {
         const auto* found = find(modes, *control_type);
         return found ? *found : ControlMode::torque;

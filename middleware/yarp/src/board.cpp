@@ -267,8 +267,8 @@ class Board final : public toolbox::RobotConnection {
             throw std::runtime_error("its boards have no encoders or no control modes");
         find_units();
         newest_ = States(n_);
-        if (!waits_for([&] { return look(); }))
-            throw std::runtime_error("its encoders send nothing within 4 s");
+        if (!waits_for([&] { return look(); }, std::max(longest_wait, end - middleware::now())))
+            throw std::runtime_error("its encoders send nothing; look at the robot, or raise start_timeout");
         for (auto* ports : {&wrenches_, &imus_})
             for (auto& sensor : *ports) sensor.start(local);
         if (!options_.simulator.empty()) halt_simulator(local);

@@ -6,6 +6,8 @@
 #include "clients.hpp"
 #include "devices.hpp"
 #include "network.hpp"
+#include "sensor_port.hpp"
+#include "units.hpp"
 
 #include <algorithm>
 #include <array>
@@ -19,16 +21,13 @@
 #include <utility>
 #include <yarp/dev/ControlBoardInterfaces.h>
 #include <yarp/dev/IPidControl.h>
-#include <yarp/dev/MultipleAnalogSensorsInterfaces.h>
 #include <yarp/dev/PolyDriver.h>
 #include <yarp/os/Bottle.h>
-#include <yarp/os/BufferedPort.h>
 #include <yarp/os/Network.h>
 #include <yarp/os/Property.h>
 #include <yarp/os/Stamp.h>
 #include <yarp/os/SystemClock.h>
 #include <yarp/os/Time.h>
-#include <yarp/sig/Vector.h>
 
 namespace bf::yarp {
 
@@ -44,12 +43,11 @@ namespace {
 namespace os = ::yarp::os;
 namespace dev = ::yarp::dev;
 
-constexpr double radians = M_PI / 180; ///< YARP's angles are degrees
-constexpr double longest_switch = 1;   ///< s until a board tells of a mode that was set
-constexpr double longest_way = 0.2;    ///< s by which a state may be overtaken
-constexpr double longest_stand = 0.2;  ///< s between two states of a simulator that runs
-constexpr double longest_wait = 4;     ///< s for what a simulator was told or measures to come
-constexpr double no_time = 0;          ///< s, the stamps of boards without a clock
+constexpr double longest_switch = 1;  ///< s until a board tells of a mode that was set
+constexpr double longest_way = 0.2;   ///< s by which a state may be overtaken
+constexpr double longest_stand = 0.2; ///< s between two states of a simulator that runs
+constexpr double longest_wait = 4;    ///< s for what a simulator was told or measures to come
+constexpr double no_time = 0;         ///< s, the stamps of boards without a clock
 constexpr double never = -std::numeric_limits<double>::infinity();
 
 os::Bottle list_of(const std::vector<std::string>& words) {
@@ -71,132 +69,6 @@ int vocab_of(ControlMode mode) {
     }
     return 0;
 }
-
-/// A sensor, behind a server of MultipleAnalogSensors or at a port that streams its numbers.
-class SensorPort {
-  public:
-    SensorPort(const std::string& text, Sensor kind) : is_imu_(kind == Sensor::imu) {
-        const auto equals = text.find('=');
-        name = text.substr(0, equals);
-        from_ = text.substr(equals + 1);
-        came_.setZero(is_imu_ ? middleware::imu_size : middleware::wrench_size);
-    }
-
-    void start(const std::string& local) {
-        if (os::NetworkBase::exists(from_ + "/measures:o", true)) {
-            os::Property wanted;
-            wanted.put("device", "multipleanalogsensorsclient");
-            wanted.put("remote", from_);
-            wanted.put("local", local + "/" + name);
-            if (!client_.open(wanted) || !client_.isValid()) refuse("its server does not answer");
-            find_in_client();
-        } else {
-            port_ = std::make_unique<os::BufferedPort<os::Bottle>>();
-            if (!port_->open(local + "/" + name + ":i") ||
-                !os::NetworkBase::connect(from_, port_->getName(), "", true))
-                refuse("there is no such port, and none at " + from_ + "/measures:o");
-        }
-    }
-    void stop() noexcept {
-        port_.reset();
-        client_.close();
-    }
-    /// Takes what is new, and says of which time it is, s; what came last stays where nothing new has come.
-    double look() {
-        if (port_) {
-            const auto* came = port_->read(false);
-            const auto size = static_cast<std::size_t>(came_.size());
-            if (came == nullptr || came->size() != size) return time_;
-            for (std::size_t i = 0; i < size; ++i)
-                came_[static_cast<Eigen::Index>(i)] = came->get(i).asFloat64();
-            os::Stamp stamp;
-            port_->getEnvelope(stamp);
-            return time_ = stamp.getTime();
-        }
-        time_ = std::numeric_limits<double>::infinity(); // the oldest
-        double time = 0;
-        const auto take = [&](bool is_good, Eigen::Index begin, Eigen::Index count) {
-            if (!is_good || part_.size() != static_cast<std::size_t>(count)) {
-                time_ = -1;
-                return;
-            }
-            came_.segment(begin, count) = Eigen::Map<const VectorXd>(part_.data(), count);
-            time_ = std::min(time_, time);
-        };
-        if (wrench_) take(wrench_->getSixAxisForceTorqueSensorMeasure(index_[0], part_, time), 0, 6);
-        if (orientation_)
-            take(orientation_->getOrientationSensorMeasureAsRollPitchYaw(index_[0], part_, time), 0, 3);
-        if (acceleration_)
-            take(acceleration_->getThreeAxisLinearAccelerometerMeasure(index_[1], part_, time), 3, 3);
-        if (velocity_) take(velocity_->getThreeAxisGyroscopeMeasure(index_[2], part_, time), 6, 3);
-        if (field_) take(field_->getThreeAxisMagnetometerMeasure(index_[3], part_, time), 9, 3);
-        return time_;
-    }
-    void read(Eigen::Ref<VectorXd> values) {
-        look();
-        values = came_;
-        if (is_imu_) { // YARP gives angles and angular velocities in degrees
-            values.head<3>() *= radians;
-            values.segment<3>(6) *= radians;
-        }
-    }
-
-    std::string name;
-
-  private:
-    [[noreturn]] void refuse(const std::string& why) const {
-        throw std::runtime_error("the sensor '" + name + "' at " + from_ + ": " + why +
-                                 "; give sensors as name=/port, of a stream or a server of "
-                                 "MultipleAnalogSensors");
-    }
-    /// Which of the client's sensors of a kind has the name; one that is alone needs none.
-    template <class I, class Count, class Name> I* find(std::size_t& index, Count count, Name name_of) {
-        I* view = nullptr;
-        if (!client_.view(view)) return nullptr;
-        const std::size_t number = (view->*count)();
-        std::string its;
-        for (index = 0; index < number; ++index)
-            if ((view->*name_of)(index, its) && its == name) return view;
-        index = 0;
-        return number == 1 ? view : nullptr;
-    }
-    void find_in_client() {
-        if (is_imu_) {
-            orientation_ = find<dev::IOrientationSensors>(
-                index_[0], &dev::IOrientationSensors::getNrOfOrientationSensors,
-                &dev::IOrientationSensors::getOrientationSensorName);
-            acceleration_ = find<dev::IThreeAxisLinearAccelerometers>(
-                index_[1], &dev::IThreeAxisLinearAccelerometers::getNrOfThreeAxisLinearAccelerometers,
-                &dev::IThreeAxisLinearAccelerometers::getThreeAxisLinearAccelerometerName);
-            velocity_ = find<dev::IThreeAxisGyroscopes>(
-                index_[2], &dev::IThreeAxisGyroscopes::getNrOfThreeAxisGyroscopes,
-                &dev::IThreeAxisGyroscopes::getThreeAxisGyroscopeName);
-            field_ = find<dev::IThreeAxisMagnetometers>(
-                index_[3], &dev::IThreeAxisMagnetometers::getNrOfThreeAxisMagnetometers,
-                &dev::IThreeAxisMagnetometers::getThreeAxisMagnetometerName);
-            if (!orientation_ && !acceleration_ && !velocity_ && !field_)
-                refuse("the server has no such inertial sensor");
-        } else {
-            wrench_ = find<dev::ISixAxisForceTorqueSensors>(
-                index_[0], &dev::ISixAxisForceTorqueSensors::getNrOfSixAxisForceTorqueSensors,
-                &dev::ISixAxisForceTorqueSensors::getSixAxisForceTorqueSensorName);
-            if (!wrench_) refuse("the server has no such force/torque sensor");
-        }
-    }
-    const bool is_imu_;
-    std::string from_;
-    VectorXd came_;   ///< as YARP gives it
-    double time_ = 0; ///< of it, s
-    std::unique_ptr<os::BufferedPort<os::Bottle>> port_;
-    dev::PolyDriver client_;
-    dev::ISixAxisForceTorqueSensors* wrench_ = nullptr;
-    dev::IOrientationSensors* orientation_ = nullptr;
-    dev::IThreeAxisLinearAccelerometers* acceleration_ = nullptr;
-    dev::IThreeAxisGyroscopes* velocity_ = nullptr;
-    dev::IThreeAxisMagnetometers* field_ = nullptr;
-    std::size_t index_[4] = {};
-    ::yarp::sig::Vector part_;
-};
 
 class Board final : public toolbox::RobotConnection {
   public:
@@ -511,7 +383,7 @@ class Board final : public toolbox::RobotConnection {
     void find_units() {
         dev::IAxisInfo* axes = nullptr;
         driver_.view(axes);
-        units_.setConstant(n_, radians);
+        units_.setConstant(n_, 1 / degrees);
         for (int j = 0; axes && j < n_; ++j) {
             auto kind = dev::VOCAB_JOINTTYPE_UNKNOWN;
             if (axes->getJointType(j, kind) && kind == dev::VOCAB_JOINTTYPE_PRISMATIC) units_[j] = 1;

@@ -199,10 +199,14 @@ bool RemoteConnection::is_still_ours() noexcept {
         const auto refused = static_cast<Refusal>(whole(state_[RobotLayout::refused]));
         switch (refused) {
         case Refusal::nothing: return true;
-        case Refusal::mode:
-            return fail("it refuses the mode %s",
+        case Refusal::mode: {
+            ErrorText why;
+            link_->say_refusal(why);
+            return fail("it refuses the mode %s%s%s",
                         mode_names[std::clamp(static_cast<int>(command_[RobotLayout::mode_asked]), 0,
-                                              mode_count - 1)]);
+                                              mode_count - 1)],
+                        why[0] == '\0' ? "" : ": ", why);
+        }
         case Refusal::references: return fail("it refuses the references; look at what computes them");
         case Refusal::position_gains:
         case Refusal::torque_gains: return fail("it refuses the gains");

@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <ctime>
 #include <future>
 #include <memory>
@@ -62,6 +63,7 @@ class Worker : public std::enable_shared_from_this<Worker> {
         goes_on_ = true;
         is_done_ = false;
         say("has ended");
+        refusal_[0] = '\0';
         state_ = gains_ = command_ = settings_ = {};
         until_ = 0;
         std::promise<RobotDescription> promise;
@@ -115,6 +117,10 @@ class Worker : public std::enable_shared_from_this<Worker> {
         text[0] = '\0';
         if (driver_.left_out) driver_.left_out(text);
     }
+    /// Once a state has told of it.
+    void say_refusal(toolbox::RobotConnection::ErrorText& text) const noexcept {
+        std::memcpy(text, refusal_, sizeof text);
+    }
     const std::string& name() const noexcept { return name_; }
 
   private:
@@ -130,6 +136,10 @@ class Worker : public std::enable_shared_from_this<Worker> {
             its_.vectors_.emplace(RobotLayout(description));
         }
         void show_state(const double* state, double time) noexcept override {
+            if (state[RobotLayout::refused] != 0 && its_.refusal_[0] == '\0') {
+                const char* const why = std::strstr(its_.driver_.robot->error(), ": "); // behind its name
+                std::snprintf(its_.refusal_, sizeof its_.refusal_, "%s", why ? why + 2 : "");
+            }
             its_.vectors_->state.write(state, time);
             its_.bell_.ring();
         }
@@ -223,7 +233,7 @@ class Worker : public std::enable_shared_from_this<Worker> {
     Stamp state_, gains_, command_, settings_; ///< of what was taken
     Bell bell_{}, command_bell_{};
     std::atomic<bool> goes_on_{false}, is_done_{true};
-    toolbox::RobotConnection::ErrorText how_gone_ = "";
+    toolbox::RobotConnection::ErrorText how_gone_ = "", refusal_ = "";
     End end_{*this};
     std::thread thread_;
 };
@@ -245,6 +255,9 @@ class Threaded final : public RobotLink {
     const char* how_gone() const noexcept override { return worker_->how_gone(); }
     void say_left_out(toolbox::RobotConnection::ErrorText& text) const noexcept override {
         worker_->say_left_out(text);
+    }
+    void say_refusal(toolbox::RobotConnection::ErrorText& text) const noexcept override {
+        worker_->say_refusal(text);
     }
     const std::string& name() const noexcept override { return worker_->name(); }
 

@@ -234,7 +234,7 @@ class TopicRobot final : public toolbox::RobotConnection {
         }
         mode_ = mode;
         limits_.begin(n_, time_of_commands() - options_.step_size);
-        if (!has_all_joints_) return told(false, "the diagram has not the joints of", options_.states);
+        if (!has_all_joints_) return told(false, "the diagram has not all joints of", options_.states);
         const auto found = outputs_.find(mode);
         // Without ways the joints stay as the robot holds them.
         if (found == outputs_.end()) return told(mode == ControlMode::position, "no topic for that mode", "");

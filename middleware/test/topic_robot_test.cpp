@@ -253,6 +253,7 @@ TEST(TopicRobot, IsCommandedInTheOrderOfItsStatesWhereItIsOneOfOurs) {
     part.network.takes_joints_back = true;
     part.driver.robot->start();
     EXPECT_FALSE(part.driver.robot->set_mode(ControlMode::torque)) << "its commands are of all joints";
+    EXPECT_STREQ(part.driver.robot->error(), "robot: the diagram has not all joints of 'joint_states'");
 }
 
 /// What the destructors of globals take away, the call may still use.

@@ -350,8 +350,8 @@ TEST_F(Ros2Robot, SaysWhatIsMissing) {
                "control_type: Torque}\n",
                "  c: drive\n", ", effort: nobody/commands"));
     for (int k = 0; k < 5000 && deaf.step(); ++k) continue;
-    expect_contains(deaf.simulation.failure(),
-                    "ROS 2 robot in the namespace /icub: it refuses the mode Torque");
+    expect_contains(deaf.simulation.failure(), "ROS 2 robot in the namespace /icub: it refuses the mode "
+                                               "Torque: nobody listens to 'nobody/commands'");
 }
 
 TEST_F(Ros2Served, TellsThatItsControllerHasLeftWhichEndsInOrder) {

@@ -45,6 +45,8 @@ class RobotLink {
     /// Completes a sentence that says that no new state has come: why what came is none; the empty text:
     /// nothing did. Asked when a run has failed.
     virtual void say_left_out(toolbox::RobotConnection::ErrorText& text) const noexcept { text[0] = '\0'; }
+    /// Why the robot has refused what it was told; the empty text: it does not say.
+    virtual void say_refusal(toolbox::RobotConnection::ErrorText& text) const noexcept { text[0] = '\0'; }
     virtual Counts counts() const noexcept { return {}; }
     /// How users call it, such as "robot 'icub' in shared memory".
     virtual const std::string& name() const noexcept = 0;

@@ -83,8 +83,7 @@ void RobotHost::step() noexcept {
         end_.wait(0.05);
     }
     if (!waits()) {
-        take();
-        lose();
+        heed();
         if (session_ != 0 && options_.watchdog > 0 && now() - heard_ > options_.watchdog)
             let_go(Event::silent);
     }
@@ -100,6 +99,11 @@ bool RobotHost::has_all() noexcept {
 /// Takes the joints back from a controller that is gone, whose last words come first.
 void RobotHost::lose() noexcept {
     if (session_ != 0 && end_.is_gone() && !has_all() && session_ != 0) let_go(Event::died);
+}
+
+void RobotHost::heed() noexcept {
+    take();
+    lose();
 }
 
 void RobotHost::stop() noexcept {

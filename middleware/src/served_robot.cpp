@@ -17,6 +17,7 @@ class Hosted final : public ServedRobot {
     void start(double period) override { host_.start(period); }
     void show(double time) noexcept override { host_.show(time); }
     void step(double) noexcept override { host_.step(); }
+    void heed() noexcept override { host_.heed(); }
     void allow_reset() noexcept override { end_->allow_reset(); }
     bool wants_reset() const noexcept override { return end_->wants_reset(); }
     void reset() noexcept override { host_.reset(); }

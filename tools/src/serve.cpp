@@ -50,7 +50,10 @@ class ServedRobots final : public Run::Observer {
                                            .watchdog = options.silence,
                                            .on_loss = options.on_loss == "limp" ? middleware::OnLoss::limp
                                                                                 : middleware::OnLoss::hold,
-                                           .goes_on = [this] { return goes_on(); }};
+                                           .goes_on = [this] {
+                                               for (auto& served : served_) served->heed();
+                                               return goes_on();
+                                           }};
         try {
             for (const auto& robot : robots)
                 served_.push_back(make_served_robot(

@@ -122,6 +122,44 @@ TEST_F(Serve, LetsOneDiagramOrSeveralDriveAllRobotsOfAWorld) {
     EXPECT_EQ(several.code, 0) << several.err << "whoever goes on does so without the one who has ended";
 }
 
+/// The controller of both lets one go behind the other, and the next one comes to both.
+TEST_F(Serve, SeesThatAControllerOfTwoRobotsHasLeftBoth) {
+    write("two.xml", "<world step=\"0.001\"><robot name=\"left\" file=\"arm.urdf\" position=\"0 1 0\"/>"
+                     "<robot name=\"right\" file=\"arm.urdf\" position=\"0 -1 0\"/></world>\n");
+    const auto both = [&](const std::string& rest, const std::function<std::string(std::string)>& robot) {
+        std::string text = "model: two\nplugins: [WholeBodyToolbox, SharedMemory]\nstep: 0.001\n" + rest;
+        for (const std::string side : {"left", "right"})
+            text += "  " + side + ":\n    blocks:\n      robot: {block: " + robot(side) +
+                    "}\n      its: {block: WholeBodyToolbox/Configuration, robot: arm.urdf, floating_base: "
+                    "false}\n";
+        return text;
+    };
+    write("served.yaml",
+          both("blocks:\n  world: {block: WholeBodyToolbox/World, file: two.xml}\n",
+               [](const std::string& side) { return "WholeBodyToolbox/WorldRobot, robot: " + side; }));
+    write("both.yaml", both("stop: 0.01\nblocks:\n", [&](const std::string& side) {
+              return "SharedMemory/Robot, period: 0.001, name: " + name + "." + side + ".robot";
+          }));
+    const std::string run = "timeout 60 '" BF_PROGRAM "' run --quiet both.yaml";
+    const auto twice = shell("'" BF_PROGRAM "' serve served.yaml --shm " + name + " & server=$!; " + run +
+                             " && sleep 0.3 && " + run +
+                             "; code=$?; sleep 0.3; kill -INT $server; wait $server; exit $code");
+    EXPECT_EQ(twice.code, 0) << twice.err;
+    EXPECT_EQ(twice.err.find("has died"), std::string::npos) << twice.err;
+    for (const std::string side : {"left", "right"}) {
+        std::string expected;
+        for (const char* what : {"a controller has come", "the controller has left; its joints hold",
+                                 "a controller has come", "the controller has left; its joints hold"})
+            expected += std::string(what) + "\n";
+        std::istringstream lines(twice.err);
+        std::string told;
+        const std::string start = "  robot '" + name + "." + side + ".robot' in shared memory: ";
+        for (std::string line; std::getline(lines, line);)
+            if (line.starts_with(start)) told += line.substr(start.size()) + "\n";
+        EXPECT_EQ(told, expected) << side;
+    }
+}
+
 TEST_F(Serve, IsWaitedForUntilCtrlC) {
     const auto drive = [&](const std::string& plugin, const std::string& settings) {
         write("drive.yaml", "model: arm\nplugins: [WholeBodyToolbox, " + plugin +

@@ -78,6 +78,8 @@ class RobotHost {
     void show(double time) noexcept;
     /// Then waits where it waits, and gives the robot what the controller commands. Allocates nothing.
     void step() noexcept;
+    /// While the model waits in the step of another of its robots: sees whether the controller ends.
+    void heed() noexcept;
     /// Takes the joints back.
     void stop() noexcept;
     /// Takes the joints back from a robot that will be as it began in the next step.

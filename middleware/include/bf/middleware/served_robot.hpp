@@ -22,6 +22,8 @@ class ServedRobot {
     virtual void show(double) noexcept {}
     /// Then waits where it waits, and gives the robot what was commanded.
     virtual void step(double time) noexcept = 0;
+    /// While the model waits in the step of another of its robots: sees whether the controller ends.
+    virtual void heed() noexcept {}
     /// From now on others may ask for the robot as it began: does somebody? Then reset() takes its joints
     /// back, and the model goes there before its next step.
     virtual void allow_reset() noexcept {}

@@ -146,7 +146,7 @@ struct RunOptions {
     RealtimeOptions realtime;
     std::string inputs, stop, record, summary, until, snapshot, from_snapshot, profile, ros1, ros2;
     std::optional<double> snapshot_at, checkpoint_every; ///< s
-    bool is_quiet = false, as_json = false, is_profiled = false;
+    bool as_json = false, is_profiled = false;
 };
 
 void print(const RunResult& result) {
@@ -319,7 +319,7 @@ void execute(const RunOptions& options) {
             inputs || parameters ? before_step : std::function<void()>(),
             [&](const std::string& progress) {
                 last = progress;
-                if (!options.is_quiet && line.is_due()) line.show(progress);
+                if (!options.model.is_quiet && line.is_due()) line.show(progress);
                 return goes_on();
             },
             [&](const RunResult& stalled) {
@@ -327,12 +327,12 @@ void execute(const RunOptions& options) {
                 summary->write(to_text(stalled.to_json()));
                 summary->commit();
             });
-        if (!options.is_quiet) line.finish(last);
+        if (!options.model.is_quiet) line.finish(last);
     } else {
         const Progress progress(simulation);
         RunHooks hooks;
         hooks.go_on = [&](double wall) {
-            if (!options.is_quiet && wall > 1 && line.is_due()) line.show(progress.text(wall));
+            if (!options.model.is_quiet && wall > 1 && line.is_due()) line.show(progress.text(wall));
             return goes_on();
         };
         const auto save = [&](bool is_last) {
@@ -353,7 +353,7 @@ void execute(const RunOptions& options) {
         hooks.before_stop = [&] { save_alone(true); };
         hooks.is_started = !options.from_snapshot.empty();
         result = run(simulation, diagram.stop, hooks);
-        if (!options.is_quiet) line.finish(progress.text(result.wall));
+        if (!options.model.is_quiet) line.finish(progress.text(result.wall));
     }
     parameters.reset();
     result.is_interrupted = InterruptGuard::signal() != 0 && result.failure.empty();
@@ -473,7 +473,7 @@ void add_run(CLI::App& app) {
             ->expected(0, 1)
             ->excludes(editable);
     command->add_flag("--json", options->as_json, "print the summary as JSON");
-    command->add_flag("--quiet,--headless", options->is_quiet, "show nothing while it runs");
+    command->add_flag("--quiet,--headless", options->model.is_quiet, "show nothing while it runs");
     command->footer(
         "Examples:\n"
         "  bf run examples/icub_balancing/balancing.yaml\n"

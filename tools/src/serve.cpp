@@ -24,7 +24,7 @@ struct ServeOptions {
     RealtimeOptions realtime;
     std::string stop, record, on_loss = "hold";
     double silence = 0.2; ///< s
-    bool is_once = false, is_quiet = false;
+    bool is_once = false;
     const WayToServe* way = nullptr;
     std::map<std::string, std::vector<std::string>> of_way; ///< its options, by their names without dashes
 };
@@ -100,7 +100,7 @@ class ServedRobots final : public Run::Observer {
         bool is_over = options_.is_once;
         for (auto& served : served_) {
             for (std::string news; !(news = served->take_news()).empty();)
-                if (!options_.is_quiet)
+                if (!options_.model.is_quiet)
                     std::fprintf(stderr, "  %s: %s\n", served->name().c_str(), news.c_str());
             is_over = is_over && served->gone() > 0;
         }
@@ -168,7 +168,7 @@ void execute(const ServeOptions& options) {
     parameters.reset();
     goes_on(); // tells what happened last
     if (recorder) recorder->close();
-    if (!options.is_quiet) std::fputs(result.report.c_str(), stdout);
+    if (!options.model.is_quiet) std::fputs(result.report.c_str(), stdout);
     const std::string stopped = loaded.diagram.name + " stopped at t = " + number(result.simulated) + " s: ";
     if (!robots.failure.empty()) throw CommandError(robots.failure);
     if (!result.failure.empty()) throw CommandError(stopped + result.failure);
@@ -215,15 +215,17 @@ void add_serve(CLI::App& app) {
                      "by default); before the first one comes they hold")
         ->check(CLI::IsMember({"hold", "limp"}).description(""))
         ->type_name("WHAT");
-    command
-        ->add_option(
-            "--silence", options->silence,
-            "with --realtime: take the joints back after so many s without a command; 0: never (0.2 by "
-            "default)")
-        ->check(between(0, 1e6))
-        ->type_name("S");
+    auto* silence =
+        command
+            ->add_option(
+                "--silence", options->silence,
+                "with --realtime: take the joints back after so many s without a command; 0: never (0.2 by "
+                "default)")
+            ->check(between(0, 1e6))
+            ->type_name("S");
     options->realtime.add_to(*command);
-    command->add_flag("--quiet", options->is_quiet, "tell nothing of controllers that come and go");
+    silence->needs(command->get_option("--realtime"));
+    command->add_flag("--quiet", options->model.is_quiet, "tell nothing of controllers that come and go");
     command->footer(
         "Without --realtime the model's time stands still until a controller has done its step, so that "
         "every run is "

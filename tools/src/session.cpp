@@ -5,6 +5,8 @@
 #include "ssp.hpp"
 #include "terminal.hpp"
 
+#include <optional>
+
 namespace bf::tools {
 
 namespace fs = std::filesystem;
@@ -64,7 +66,8 @@ std::vector<Override> ModelOptions::overrides() const {
 }
 
 ExaminedModel examine_model(const ModelOptions& options) {
-    const Waiting waiting("elaborating " + options.file);
+    std::optional<Waiting> waiting;
+    if (!options.is_quiet) waiting.emplace("elaborating " + options.file);
     if (std::error_code error; !fs::exists(options.file, error) && !error)
         throw CommandError("there is no model file " + options.file);
     if (const auto wrong = why_unreadable(options.file); !wrong.empty())

@@ -34,6 +34,7 @@ struct ModelOptions {
     std::string file;
     std::vector<std::string> sets = {};   ///< NAME=EXPRESSION
     std::vector<std::string> params = {}; ///< YAML files of names and expressions
+    bool is_quiet = false;                ///< nothing is told of a model that takes long
 
     void add_to(CLI::App& app, const char* what = "model file (.yaml)");
     /// What they change: --params files first, then --set. Throws model::Errors.

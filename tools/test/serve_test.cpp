@@ -248,6 +248,7 @@ TEST_F(Serve, RefusesWhatCannotBeServed) {
     refused("arm.yaml", 2, "--shm");
     refused("arm.yaml --yarp a/b", 2, "the robot's name is 'a/b'; write letters, digits, _ and -");
     refused("arm.yaml --board x=y --shm " + name, 2, "--board requires --yarp");
+    refused("arm.yaml --silence 1 --shm " + name, 2, "--silence requires --realtime");
     refused("arm.yaml --udp 9000", 2, "--key");
     refused("arm.yaml --udp here --key k", 2, "'here' is no address; write PORT, or HOST:PORT");
     refused("arm.yaml --udp 9000 --key k --shm " + name, 2, "--udp");

@@ -56,6 +56,13 @@ TEST_F(Verbs, RunPrintsTheSummaryAsJsonAlone) {
 TEST_F(Verbs, RunShowsNothingWhenQuietOrHeadless) {
     EXPECT_EQ(bf("run sine.yaml --quiet").err, "");
     EXPECT_EQ(bf("run sine.yaml --headless").err, "");
+    // A second is over before so many blocks are read.
+    std::string large = "model: large\nstep: 1\nstop: 1\nblocks:\n";
+    for (int i = 0; i < 100'000; ++i)
+        large += "  c" + std::to_string(i) + ": {block: Constant, value: \"sum(ones(1,50))\"}\n";
+    write("large.yaml", large);
+    EXPECT_CONTAINS(bf("check large.yaml").err, "elaborating large.yaml ... 1 s");
+    EXPECT_EQ(bf("run large.yaml --quiet").err, "");
 }
 
 TEST_F(Verbs, RunShowsDisplayBlocksInTheProgressLine) {

@@ -166,7 +166,9 @@ class TopicEnd final : public RobotEnd {
     bool take_command(double* command, Stamp& stamp) noexcept override {
         const bool is_new = take_numbers();
         const bool is_begun = take_path();
-        if (is_release_asked_.exchange(false) && is_ours_) {
+        // Where the time stands still, whoever leaves before a first command has been its controller, too.
+        if (is_release_asked_.exchange(false) && (is_ours_ || waits_)) {
+            if (!is_ours_) begin_session();
             command_[RobotLayout::release] = 1;
             is_ours_ = is_following_ = had_writers_ = false;
             give(command, stamp);

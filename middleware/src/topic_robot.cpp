@@ -137,6 +137,7 @@ class TopicRobot final : public toolbox::RobotConnection {
                                      "' sends commands to it; end it first, or wait until it is forgotten "
                                      "where it was killed");
         if (is_stepped()) halt(end);
+        is_driver_ = is_stepped(); // also where no step comes to commanding it
         find_order();
     }
     void stop() noexcept override {
@@ -352,7 +353,7 @@ class TopicRobot final : public toolbox::RobotConnection {
     Bell bell_{};
     double due_ = 0;          ///< time to which a robot that is stepped is to go, s
     bool is_written_ = false; ///< a command, since it went on
-    bool is_driver_ = false;  ///< it has commanded or stepped the robot
+    bool is_driver_ = false;  ///< it has commanded or stepped the robot, or made it stand still
     std::optional<ControlMode> mode_;
     std::optional<ControlMode> left_; ///< mode before, in which the robot may still be
     VectorXd target_, sent_;

@@ -100,6 +100,34 @@ class Topics final : public RobotTopics {
     const std::function<void()> opened_;
 };
 
+/// What a served robot offers, which nobody sees.
+class Offered final : public ServedTopics {
+  public:
+    explicit Offered(std::map<std::string, std::function<std::string(bool&)>>& services)
+        : services_(services) {}
+    void open(const RobotDescription&) override {}
+    void close() noexcept override {}
+    void hear_references(const std::string&, std::function<void(std::span<const double>)>) override {}
+    void hear_trajectories(const std::string&, std::function<void(const JointTrajectory&)>) override {}
+    void offer(const std::string& name, std::function<std::string(bool&)> answer) override {
+        services_[name] = std::move(answer);
+    }
+    void offer(const std::string&, std::function<std::string(bool, bool&)>) override {}
+    void add(const std::shared_ptr<Sender>&) override {}
+    Bell& bell() noexcept override { return bell_; }
+    void send_states(const JointStates&) override {}
+    void send_wrench(int, const Eigen::Matrix<double, 6, 1>&, double) override {}
+    void send_imu(int, const Eigen::Matrix<double, 10, 1>&, double) override {}
+    void send_time(double) override {}
+    int readers() const noexcept override { return 0; }
+    int writers() const noexcept override { return 0; }
+    bool has_double() const noexcept override { return false; }
+
+  private:
+    std::map<std::string, std::function<std::string(bool&)>>& services_;
+    Bell bell_{};
+};
+
 /// Of the joints hip and knee; `first` is what comes when it starts.
 struct Driven {
     explicit Driven(std::function<void(Network&)> first, double patience = 0.5, double step_size = 0)
@@ -272,6 +300,41 @@ TEST(ThreadedRobot, LetsAProgramEndWithoutDestructorsOfGlobalsWhereACallNeverCom
         std::exit(7);
     };
     EXPECT_EXIT(ends(), testing::ExitedWithCode(7), "");
+}
+
+/// As one does whose first step fails before it commands.
+TEST(TopicRobot, LetsARobotGoThatItHasMadeToStandStill) {
+    for (const double step_size : {0.0, 0.001}) {
+        Driven robot(well, 0.5, step_size);
+        robot.network.takes_joints_back = true;
+        robot.driver.robot->start();
+        EXPECT_FALSE(std::isnan(robot.read(Measurement::joint_position)[0]));
+        robot.driver.robot->stop();
+        EXPECT_EQ(robot.network.farewells, step_size > 0 ? 1 : 0)
+            << "who only listens disturbs no controller";
+    }
+}
+
+TEST(TopicEnd, HasWhoLetsGoBeforeItsFirstCommandComeAndLeaveWhereItsTimeStandsStill) {
+    for (const bool waits : {true, false}) {
+        std::map<std::string, std::function<std::string(bool&)>> services;
+        const auto end = make_topic_end("robot", std::make_unique<Offered>(services),
+                                        {"effort", "velocity", "position", "way"}, waits);
+        RobotDescription robot;
+        robot.joints = {"hip"};
+        end->start(robot);
+        const RobotLayout at(robot);
+        Numbers state(static_cast<std::size_t>(at.state_size())),
+            command(static_cast<std::size_t>(at.command_size()));
+        end->show_state(state.data(), 0);
+        bool is_done = false;
+        EXPECT_EQ(services.at("release")(is_done), "");
+        Stamp stamp;
+        EXPECT_EQ(end->take_command(command.data(), stamp), waits);
+        EXPECT_EQ(command[RobotLayout::release], waits ? 1 : 0);
+        EXPECT_EQ(command[RobotLayout::session] != 0, waits);
+        EXPECT_FALSE(end->take_command(command.data(), stamp)) << "once";
+    }
 }
 
 /// The controller's step is two of the robot's, which come after it has stopped.

@@ -43,7 +43,7 @@ TEST(Errors, OfAFileAreCollectedInItsOrder) {
               "it is: of a "
               "library, a subsystem, or in a file of its own\n"
               "m.yaml:10:5: c: unknown key 'priod' of a subsystem; did you mean 'period'?\n"
-              "m.yaml:12:6: there is no 'e' to connect; known are 'a', 'b', 'c'\n"
+              "m.yaml:12:6: there is no 'e' to connect; did you mean 'a' or 'b' or 'c'?\n"
               "m.yaml:13:3: subsystem 'c' has no output; declare it in the `outputs` of 'c'");
 }
 
@@ -163,9 +163,9 @@ TEST(Errors, OfConnectionsAndSignalsAreLocated) {
         "m.yaml:8:9: an end of a connection is no text; write `block.port`, or the name of a block, input or "
         "output of this subsystem\n"
         "m.yaml:9:3: 'b' is connected to nothing; name a destination, or remove the connection\n"
-        "m.yaml:10:13: there is no signal 'c'; known are 'a', 'b'\n"
+        "m.yaml:10:13: there is no signal 'c'; did you mean 'a' or 'b'?\n"
         "m.yaml:10:16: an entry of 'record' is no name; write a list of names: [first, second]\n"
-        "m.yaml:11:12: there is no signal 'e'; known are 'a', 'b'");
+        "m.yaml:11:12: there is no signal 'e'; did you mean 'a' or 'b'?");
 }
 
 /// A folder of model files that is gone after the test.
@@ -226,7 +226,7 @@ TEST_F(Files, UsedTwiceAreReadOnceAndOverriddenApart) {
     write("in.yaml",
           "model: in\nvariables: {k: 1}\noutputs: [y]\nblocks: {s: {block: Step}}\nconnections: {s: y}\n");
     EXPECT_EQ(errors_of_file("a.yaml"),
-              "a.yaml:4:29: c: 'in.yaml' has no variable 'l' to override; known are 'k'");
+              "a.yaml:4:29: c: 'in.yaml' has no variable 'l' to override; did you mean 'k'?");
     write("a.yaml", "model: a\nblocks:\n  b: {file: in.yaml, with: {k: 2}}\n  c: {file: in.yaml}\n");
     const model::Model model = read_yaml(folder_ / "a.yaml");
     EXPECT_EQ(model.root.blocks[0].reference->model, model.root.blocks[1].reference->model);

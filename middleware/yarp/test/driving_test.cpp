@@ -1,4 +1,5 @@
 // Who drives a world of `bf serve --yarp`: in which units, one diagram alone, and until it has left.
+#include "bf/middleware/clock.hpp"
 #include "serving.hpp"
 
 #include <functional>
@@ -180,6 +181,8 @@ TEST_F(YarpServe, IsLimpOnceAControllerIsLostAndNotBefore) {
             Running run(driven(mode, ", start_timeout: 60"));
             ASSERT_TRUE(leads_to(run, [&, &its = its] { return are_in(board, its); }))
                 << run.simulation.failure();
+            const double end = middleware::now() + 1; // the server has seen who drives it
+            EXPECT_TRUE(leads_to(run, [&] { return middleware::now() > end; })) << run.simulation.failure();
             run.simulation.stop();
         }
         EXPECT_TRUE(waits_until([&] { return are_in(board, VOCAB_CM_IDLE); }));

@@ -25,7 +25,7 @@ inline std::filesystem::path own_folder() {
 /// libbf_core.so stands beside it, too, but a program that has one already gives that to all its libraries.
 inline void load_own_plugins(Registry& registry, std::initializer_list<const char*> names) {
     Dl_info core{};
-    void* const its = ::dladdr(reinterpret_cast<const void*>(&did_you_mean), &core) != 0
+    void* const its = ::dladdr(reinterpret_cast<const void*>(&fill_from_plugin), &core) != 0
                           ? ::dlopen(core.dli_fname, RTLD_NOW | RTLD_NOLOAD)
                           : nullptr;
     void* const layout = its ? ::dlsym(its, "bf_plugin_layout") : nullptr;

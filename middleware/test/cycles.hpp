@@ -42,29 +42,25 @@ struct Held {
     }
 };
 
-/// Gives this thread and those that it begins shared memory whose names no other program sees; false where
-/// the system does not. To be called before there are threads that use it.
-inline bool enter_shared_memory_of_our_own() {
-    static const bool is_ours = [] {
-        constexpr const char* place = "/dev/shm";
-        if (unshare(CLONE_NEWNS) != 0 || mount(nullptr, "/", nullptr, MS_REC | MS_PRIVATE, nullptr) != 0 ||
-            mount("own", place, "tmpfs", 0, nullptr) != 0)
-            return false;
-        const bool takes_files = bool(std::ofstream(std::string(place) + "/try"));
-        if (!takes_files) umount(place); // it is of no user that there is here
-        std::error_code none;
-        std::filesystem::remove(std::string(place) + "/try", none);
-        return takes_files;
-    }();
-    return is_ours;
-}
+/// Has this program shared memory whose names no other one sees? It enters that before it has threads: those
+/// of Fast DDS would look for the names of before, and take what they do not find for left by dead programs.
+inline const bool has_own_shared_memory = [] {
+    constexpr const char* place = "/dev/shm";
+    if (unshare(CLONE_NEWNS) != 0 || mount(nullptr, "/", nullptr, MS_REC | MS_PRIVATE, nullptr) != 0 ||
+        mount("own", place, "tmpfs", 0, nullptr) != 0)
+        return false;
+    const bool takes_files = bool(std::ofstream(std::string(place) + "/try"));
+    if (!takes_files) umount(place); // it is of no user that there is here
+    std::error_code none;
+    std::filesystem::remove(std::string(place) + "/try", none);
+    return takes_files;
+}();
 
 /// After the first cycles, which load and cache, the others leave no file, no thread and no name in shared
 /// memory behind, and hardly any memory. BF_CYCLES in the environment: how many; otherwise 20.
 inline void expect_no_leak(const std::function<void()>& cycle) {
     const char* const chosen = std::getenv("BF_CYCLES");
     const int count = chosen ? std::atoi(chosen) : 20;
-    const bool is_alone = enter_shared_memory_of_our_own();
     for (int k = 0; k < 10; ++k) cycle();
     const Held before = Held::now();
     for (int k = 0; k < count && !::testing::Test::HasFailure(); ++k) cycle();
@@ -79,7 +75,7 @@ inline void expect_no_leak(const std::function<void()>& cycle) {
     EXPECT_LE(after.files, before.files);
     EXPECT_LE(after.threads, before.threads);
     // Where other programs make some meanwhile, only many cycles tell.
-    EXPECT_LE(after.names - before.names, is_alone ? 0 : 100 + count / 2);
+    EXPECT_LE(after.names - before.names, has_own_shared_memory ? 0 : 100 + count / 2);
     // Allocators keep what they have, those of sanitizers most of it; of many cycles each one leaves less
     // than a page.
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)

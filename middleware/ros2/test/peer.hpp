@@ -17,7 +17,6 @@ class Alone : public ::testing::Test {
   protected:
     void SetUp() override {
         static const bool is_alone = middleware::test::enter_network_of_our_own();
-        middleware::test::enter_shared_memory_of_our_own();
         if (!is_alone) GTEST_SKIP() << "this system gives a program no network of its own";
     }
 };

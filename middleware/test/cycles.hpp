@@ -8,6 +8,7 @@
 #include <functional>
 #include <gtest/gtest.h>
 #include <iterator>
+#include <malloc.h>
 #include <sched.h>
 #include <sys/mount.h>
 #include <system_error>
@@ -55,6 +56,9 @@ inline const bool has_own_shared_memory = [] {
     std::filesystem::remove(std::string(place) + "/try", none);
     return takes_files;
 }();
+
+/// Those of threads that have ended keep memory, which would look like a leak.
+inline const bool has_one_arena = mallopt(M_ARENA_MAX, 1) == 1;
 
 /// After the first cycles, which load and cache, the others leave no file, no thread and no name in shared
 /// memory behind, and hardly any memory. BF_CYCLES in the environment: how many; otherwise 20.

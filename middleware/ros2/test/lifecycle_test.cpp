@@ -218,7 +218,7 @@ TEST_F(Ros2Lifecycle, IsFinalizedByTheErrorOfARunThatEnds) {
             continue;
         }
         while (run.step()) usleep(1000);
-        expect_contains(run.simulation.failure(), "s: no message came within");
+        expect_contains(run.simulation.failure(), "s: no message of 'nobody' came within");
         run.simulation.stop();
         events.expect(99, "transition_error", 3, 15);
         events.expect(61, "transition_failure", 15, 4);

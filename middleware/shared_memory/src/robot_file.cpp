@@ -1,5 +1,6 @@
 #include "robot_file.hpp"
 
+#include "bf/core/hash.hpp"
 #include "bf/shared_memory/robot.hpp"
 
 #include <algorithm>
@@ -62,15 +63,12 @@ struct flock range(int byte) noexcept {
     return lock;
 }
 
-/// Of the time and all but the last of the words: each step of the sum is one to one in what it had before.
+/// Of the time and all but the last of the words.
 double check_of(double time, const std::vector<double>& words) noexcept {
     std::uint64_t sum =
         words.size() ^ std::bit_cast<std::uint64_t>(time); // memory that is cleared is no message
-    for (std::size_t i = 0; i + 1 < words.size(); ++i) {
-        sum = (sum ^ std::bit_cast<std::uint64_t>(words[i])) *
-              0x9e3779b97f4a7c15; // odd: 2^64 over the golden ratio
-        sum ^= sum >> 32;
-    }
+    for (std::size_t i = 0; i + 1 < words.size(); ++i)
+        sum = hash_word(std::bit_cast<std::uint64_t>(words[i]), sum);
     return std::bit_cast<double>(sum);
 }
 
@@ -92,28 +90,29 @@ void CheckedExchange::write(const double* values, double time) noexcept {
     exchange_.write(message_.data(), time);
 }
 
-bool CheckedExchange::read(Stamp& stamp) noexcept {
-    if (!exchange_.read(read_.data(), stamp)) return false;
-    const double check = check_of(stamp.time, read_);
-    return is_same(&check, &read_.back(), 1);
+bool CheckedExchange::read() noexcept {
+    if (exchange_.read(read_.data(), come_)) {
+        const double check = check_of(come_.time, read_);
+        if (is_same(&check, &read_.back(), 1)) return true;
+    }
+    come_ = {};
+    return false;
 }
 
 bool CheckedExchange::has_news(const Stamp& last) noexcept {
-    Stamp stamp;
-    return exchange_.newest() != last.number && read(stamp);
+    const auto newest = exchange_.newest();
+    return newest != last.number && ((newest == come_.number && newest != 0) || read());
 }
 
 bool CheckedExchange::take(double* values, Stamp& last) noexcept {
-    Stamp stamp;
-    if (exchange_.newest() == last.number || !read(stamp)) return false;
+    if (!has_news(last)) return false;
     std::copy_n(read_.begin(), read_.size() - 1, values);
-    last = stamp;
+    last = come_;
     return true;
 }
 
 void CheckedExchange::mend() noexcept {
-    Stamp stamp;
-    if (!is_written_ || (read(stamp) && stamp.number == exchange_.written() &&
+    if (!is_written_ || (read() && come_.number == exchange_.written() &&
                          is_same(read_.data(), message_.data(), message_.size())))
         return;
     exchange_.write(message_.data(), time_);

@@ -30,10 +30,11 @@ class CheckedExchange {
     void mend() noexcept;
 
   private:
-    bool read(middleware::Stamp& stamp) noexcept;
+    bool read() noexcept;
 
     middleware::Exchange exchange_;
     std::vector<double> message_, read_; ///< the last one, and what was read
+    middleware::Stamp come_;             ///< of what was read; number 0: it is no message
     double time_ = 0;
     bool is_written_ = false;
 };

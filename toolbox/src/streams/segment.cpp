@@ -1,5 +1,7 @@
 #include "streams/segment.hpp"
 
+#include "bf/core/hash.hpp"
+
 #include <array>
 #include <cerrno>
 #include <climits>
@@ -55,13 +57,10 @@ std::runtime_error failure(const std::string& name, const std::string& what) {
     return std::runtime_error("stream '" + name + "': " + what);
 }
 
-/// Of words that nobody wrote in between: each step of the sum is one to one in what it had before.
+/// Of words that nobody wrote in between.
 std::uint64_t check_of(std::span<const std::uint64_t> words) noexcept {
     std::uint64_t sum = words.size() + 1;
-    for (const std::uint64_t word : words) {
-        sum = (sum ^ word) * 0x9e3779b97f4a7c15; // odd: 2^64 over the golden ratio
-        sum ^= sum >> 32;
-    }
+    for (const std::uint64_t word : words) sum = hash_word(word, sum);
     return sum;
 }
 

@@ -448,12 +448,7 @@ class Board final : public toolbox::RobotConnection {
         };
         if (!all()) return false;
         Eigen::Map<VectorXd> values(to, n_);
-        switch (what) {
-        case Measurement::joint_torque:
-        case Measurement::motor_current:
-        case Measurement::motor_pwm: break;
-        default: values.array() *= units_.array();
-        }
+        if (is_of_angles(what)) values.array() *= units_.array();
         return true;
     }
     /// Takes what is new of each joint. On their way states overtake each other, so one counts that is newer

@@ -363,11 +363,7 @@ class Device final : public Panel,
     bool is_prismatic(int j) const { return shared_.is_prismatic[at(numbers_[at(j)])]; }
     /// YARP's for one of ours: degrees for angles, and m, N and what is raw as they are.
     double angle(int j) const { return is_prismatic(j) ? 1 : degrees; }
-    double unit(Measurement what, int j) const {
-        const bool is_raw = what == Measurement::joint_torque || what == Measurement::motor_current ||
-                            what == Measurement::motor_pwm;
-        return is_raw ? 1 : angle(j);
-    }
+    double unit(Measurement what, int j) const { return is_of_angles(what) ? angle(j) : 1; }
     double unit(int wish, int j) const {
         return wish == Wish::torque || wish == Wish::pwm || wish == Wish::current ? 1 : angle(j);
     }

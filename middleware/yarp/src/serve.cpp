@@ -149,7 +149,9 @@ class YarpRobot final : public middleware::ServedRobot {
     ~YarpRobot() override {
         is_over_ = true;
         shown_bell_.ring();
-        if (thread_.joinable()) thread_.join();
+        over_bell_.ring();
+        for (auto* thread : {&sends_, &looks_})
+            if (thread->joinable()) thread->join();
     }
 
     void start(double period) override {
@@ -267,7 +269,8 @@ class YarpRobot final : public middleware::ServedRobot {
         std::vector<std::string> boards;
         for (const auto& part : parts_) boards.push_back(prefix_ + "/" + part.name);
         leaving_ = std::make_unique<Leaving>(boards);
-        thread_ = std::thread([this] { send_as_it_comes(); });
+        sends_ = std::thread([this] { send_as_it_comes(); });
+        looks_ = std::thread([this] { look_who_is_there(); });
     }
     void open_streams() {
         std::map<std::string, std::string> names; // of sensors, as the command says
@@ -558,17 +561,18 @@ class YarpRobot final : public middleware::ServedRobot {
             for (auto& board : boards_) board.show();
     }
     void send_as_it_comes() noexcept {
-        double looked = 0;
         for (std::uint64_t sent = 0; !is_over_;) {
             shown_bell_.wait(0.05, [&] { return senses_->shown.newest() != sent || is_over_; });
-            if (middleware::now() - looked > 0.05) {
-                const auto commands = commands_.load();
-                if (leaving_->look(commands, is_driven_)) left_after_ = commands;
-                looked = middleware::now();
-            }
             if (senses_->shown.newest() == sent) continue;
             sent = senses_->shown.newest();
             send();
+        }
+    }
+    /// Apart from what is sent, as a client that is asked may answer late.
+    void look_who_is_there() noexcept {
+        for (; !is_over_; over_bell_.wait(0.05, [&] { return is_over_.load(); })) {
+            const auto commands = commands_.load();
+            if (leaving_->look(commands, is_driven_)) left_after_ = commands;
         }
     }
 
@@ -605,11 +609,11 @@ class YarpRobot final : public middleware::ServedRobot {
     os::BufferedPort<os::Bottle> clock_port_;
     std::shared_ptr<ClockServer> clock_;
     os::Stamp stamp_;
-    middleware::Bell shown_bell_{};
+    middleware::Bell shown_bell_{}, over_bell_{};
     std::unique_ptr<Leaving> leaving_;                       ///< by the clock
     std::atomic<std::uint64_t> commands_{0}, left_after_{0}; ///< that came; of whoever has left since
     std::atomic<bool> is_over_{false};
-    std::thread thread_;
+    std::thread sends_, looks_;
 };
 
 } // namespace

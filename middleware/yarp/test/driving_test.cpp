@@ -120,11 +120,7 @@ TEST_F(YarpServe, HasPrismaticJointsInMetres) {
         const auto served = serve(model, {});
         ASSERT_TRUE(is_there("/clock/rpc"));
         Running direct(diagram(robot + world + blocks, "  c: drive\n"));
-        Running run(diagram(robot +
-                                "  world: {block: Yarp/Robot, period: 0.001, timeout: 5, start_timeout: 60, "
-                                "boards: \"{'body'}\", simulator: /clock/rpc}\n" +
-                                blocks,
-                            "  c: drive\n", "Yarp"));
+        Running run(diagram(robot + led_robot("body") + blocks, "  c: drive\n", "Yarp"));
         for (int k = 0; k < 300; ++k) {
             ASSERT_TRUE(direct.step());
             ASSERT_TRUE(run.step()) << run.simulation.failure();

@@ -344,11 +344,7 @@ TEST_F(YarpServe, IsDrivenInLockstepOnTheWorldsOwnWays) {
         const auto served = serve();
         ASSERT_TRUE(is_there("/clock/rpc"));
         Running direct(diagram(icub + icub_world + blocks, "  sine: drive\n"));
-        Running run(diagram(icub +
-                                "  world: {block: Yarp/Robot, period: 0.001, timeout: 5, start_timeout: 60, "
-                                "boards: \"{'left_leg'}\", simulator: /clock/rpc}\n" +
-                                blocks,
-                            "  sine: drive\n", "Yarp"));
+        Running run(diagram(icub + led_robot("left_leg") + blocks, "  sine: drive\n", "Yarp"));
         double worst = 0, way = 0;
         for (int k = 0; k < 300; ++k) {
             ASSERT_TRUE(direct.step());
@@ -364,9 +360,7 @@ TEST_F(YarpServe, IsDrivenInLockstepOnTheWorldsOwnWays) {
 
 TEST_F(YarpServe, StandsStillAndEndsWhenItsControllerHasLeftInAnyMode) {
     const auto drive = [](const std::string& mode) {
-        Running run(diagram(icub +
-                                "  world: {block: Yarp/Robot, period: 0.001, timeout: 5, start_timeout: 60, "
-                                "boards: \"{'left_leg'}\", simulator: /clock/rpc}\n"
+        Running run(diagram(icub + led_robot("left_leg") +
                                 "  c: {block: Constant, value: [0.1, -0.1, 0]}\n"
                                 "  drive: {block: WholeBodyToolbox/SetReferences, control_type: " +
                                 mode + "}\n",
@@ -401,12 +395,10 @@ TEST_F(YarpServe, EndsADiagramWhenItStandsStillOrIsKilled) {
     for (const bool is_killed : {true, false}) {
         auto served = serve();
         ASSERT_TRUE(is_there("/clock/rpc"));
-        Running run(diagram(
-            icub + "  world: {block: Yarp/Robot, period: 0.001, timeout: 5, start_timeout: 60, boards: "
-                   "\"{'left_leg'}\", simulator: /clock/rpc}\n"
-                   "  tau: {block: Constant, value: [0, 0, 0]}\n"
-                   "  drive: {block: WholeBodyToolbox/SetReferences, control_type: Torque}\n",
-            "  tau: drive\n", "Yarp"));
+        Running run(diagram(icub + led_robot("left_leg") +
+                                "  tau: {block: Constant, value: [0, 0, 0]}\n"
+                                "  drive: {block: WholeBodyToolbox/SetReferences, control_type: Torque}\n",
+                            "  tau: drive\n", "Yarp"));
         for (int k = 0; k < 20; ++k) {
             ASSERT_TRUE(run.step()) << run.simulation.failure();
         }

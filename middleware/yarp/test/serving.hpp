@@ -34,6 +34,12 @@ template <class F> bool waits_until(F&& is_so) {
     return false;
 }
 
+/// A robot with that board of the served world, which leads its clock.
+inline std::string led_robot(const std::string& board) {
+    return "  world: {block: Yarp/Robot, period: 0.001, timeout: 5, start_timeout: 60, boards: \"{'" + board +
+           "'}\", simulator: /clock/rpc}\n";
+}
+
 /// A device of YARP, as its clients open it.
 class Client {
   public:

@@ -1,6 +1,7 @@
 // Names of topics, services, namespaces, nodes and frames, and the rules that replace them.
 #include "master.hpp"
 #include "names.hpp"
+#include "wrong_names.hpp"
 
 namespace bf::ros1::test {
 namespace {
@@ -16,7 +17,7 @@ const std::vector<std::string> names{"a",      "/a",  "a/b",  "/a/b_1", "A1",  "
 bool is_topic(const std::string& name) { return name_rules.topic(name).empty(); }
 bool is_node(const std::string& name) { return name_rules.node(name).empty(); }
 
-std::string model(const std::string& blocks, const std::string& node = "") {
+std::string model(const std::string& blocks, const std::string& node) {
     return "model: m\nplugins: [Ros1, WholeBodyToolbox]\nstep: 0.01\nblocks:\n  node: {block: Ros1/Node" +
            node + "}\n" + blocks;
 }
@@ -54,37 +55,13 @@ TEST(Ros1Names, ReplaceOneNameByAnother) {
 }
 
 TEST(Ros1Names, AreRefusedWhereTheModelIsReadByBlockAndArgument) {
-    const std::string robot = "  r: {block: Ros1/Robot, joints: \"{'a'}\", period: 0.01";
-    for (const auto& [name, why] : {std::pair("a//b", "it has a part without letters"),
-                                    std::pair("/a/", "it has a part without letters"),
-                                    std::pair("a b", "it has more than letters, digits and '_'"),
-                                    std::pair("1a", "it does not begin with a letter")}) {
-        const std::string its = std::string("'") + name + "'", wrong = its + " is no name of ROS 1: " + why;
-        expect_contains(refusal(model("  p: {block: Ros1/Publish, topic: " + its + "}\n")),
-                        "p: argument 'topic': " + wrong);
-        expect_contains(refusal(model("  s: {block: Ros1/Subscribe, topic: " + its + "}\n")),
-                        "s: argument 'topic': " + wrong);
-        expect_contains(refusal(model("  c: {block: Ros1/Call, service: " + its + "}\n")),
-                        "c: argument 'service': " + wrong);
-        expect_contains(refusal(model("", ", namespace: " + its)), "node: argument 'namespace': " + wrong);
-        for (const std::string argument :
-             {"namespace", "states", "effort", "velocity", "position", "trajectory"})
-            expect_contains(refusal(model(robot + ", " + argument + ": " + its + "}\n")),
-                            "r: argument '" + argument + "': " + wrong);
-        expect_contains(refusal(model(robot + ", imus: \"{'base=" + name + "'}\"}\n")),
-                        "r: argument 'imus': " + wrong);
-        expect_contains(refusal(model(robot + ", wrenches: \"{'foot=" + name + "'}\"}\n")),
-                        "r: argument 'wrenches': " + wrong);
-    }
-    expect_contains(refusal(model("", ", name: a/b")), "node: argument 'name': 'a/b' is no name of ROS 1: ");
-    expect_contains(refusal(model(robot + ", node: a/b}\n")),
-                    "r: argument 'node': 'a/b' is no name of ROS 1: ");
-    expect_contains(refusal(model("", ", remap: \"{':='}\"")),
-                    "node: argument 'remap': ':=' is not given as from:=to");
-    expect_contains(refusal(model(robot + ", remap: \"{':='}\"}\n")),
-                    "r: argument 'remap': ':=' is not given as from:=to");
+    middleware::test::expect_wrong_names_are_refused("1", model,
+                                                     {{"a//b", "it has a part without letters"},
+                                                      {"/a/", "it has a part without letters"},
+                                                      {"a b", "it has more than letters, digits and '_'"},
+                                                      {"1a", "it does not begin with a letter"}});
     for (const std::string frames : {"frame_id: /map", "children: \"{'base', '/map'}\""})
-        expect_contains(refusal(model("  t: {block: Ros1/PublishTransforms, " + frames + "}\n")),
+        expect_contains(refusal(model("  t: {block: Ros1/PublishTransforms, " + frames + "}\n", "")),
                         "t: the frame '/map' begins with '/', as frames of tf2 do not; leave it out");
 }
 

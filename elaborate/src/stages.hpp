@@ -70,11 +70,14 @@ struct Variables : matlab::Workspace {
     explicit Variables(const Variables* enclosing = nullptr) : Workspace(enclosing), around(enclosing) {}
     const Variables* around;
     std::unordered_map<std::string, std::string> paths;
-    /// Null when neither this nor an enclosing scope has the variable.
-    const std::string* path_of(const std::string& name) const {
-        const auto found = paths.find(name);
-        if (found != paths.end()) return &found->second;
-        return around ? around->path_of(name) : nullptr;
+    /// Of a variable, or of a part of one, as "Gain.Kp"; nothing when neither this nor an enclosing scope has
+    /// it.
+    std::optional<std::string> path_of(const std::string& name) const {
+        const std::string root = name.substr(0, name.find('.'));
+        for (const Variables* scope = this; scope; scope = scope->around)
+            if (const auto found = scope->paths.find(root); found != scope->paths.end())
+                return found->second + name.substr(root.size());
+        return std::nullopt;
     }
 };
 

@@ -58,10 +58,9 @@ void Elaboration::define(Definition definition, const Variables& variables) {
     bool is_copy = false;
     if (definition.expression)
         for (const std::string& name : matlab::free_names(*definition.expression)) {
-            const std::string root = name.substr(0, name.find('.'));
-            const std::string* start = variables.path_of(root);
-            if (!start) continue; // a function
-            const auto [variable, path, rest] = part_of(*start + name.substr(root.size()));
+            const auto its_path = variables.path_of(name);
+            if (!its_path) continue; // a function
+            const auto [variable, path, rest] = part_of(*its_path);
             if (variable >= 0) {
                 use(name.substr(0, name.size() - rest), variable);
                 continue;
@@ -85,14 +84,12 @@ void Elaboration::define(Definition definition, const Variables& variables) {
 bool Elaboration::uses_unknown(const matlab::Expression& expression, const Variables& variables) const {
     if (unknown_variables.empty()) return false;
     for (const std::string& name : matlab::free_names(expression)) {
-        const std::string root = name.substr(0, name.find('.'));
-        const std::string* start = variables.path_of(root);
-        if (!start) continue; // a function
-        const std::string path = *start + name.substr(root.size());
-        for (std::size_t end = path.find('.'); end != std::string::npos; end = path.find('.', end + 1))
-            if (unknown_variables.contains(path.substr(0, end))) return true;
-        const auto under = unknown_variables.lower_bound(path);
-        if (under != unknown_variables.end() && rest_under(*under, path)) return true;
+        const auto path = variables.path_of(name);
+        if (!path) continue; // a function
+        for (std::size_t end = path->find('.'); end != std::string::npos; end = path->find('.', end + 1))
+            if (unknown_variables.contains(path->substr(0, end))) return true;
+        const auto under = unknown_variables.lower_bound(*path);
+        if (under != unknown_variables.end() && rest_under(*under, *path)) return true;
     }
     return false;
 }

@@ -42,10 +42,6 @@ auto varied(const Values& values, const Eigen::Ref<const Eigen::MatrixXd>& chang
     return numbers;
 }
 
-} // namespace
-
-namespace {
-
 /// A quantity and its changes, as they were given last.
 class Given {
   public:

@@ -98,7 +98,8 @@ bool RobotHost::has_all() noexcept {
 
 /// Takes the joints back from a controller that is gone, whose last words come first.
 void RobotHost::lose() noexcept {
-    if (session_ != 0 && end_.is_gone() && !has_all() && session_ != 0) let_go(Event::died);
+    if (session_ == 0 || !end_.is_gone() || has_all()) return;
+    if (session_ != 0) let_go(Event::died); // they were no farewell
 }
 
 void RobotHost::heed() noexcept {

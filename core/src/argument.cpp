@@ -108,7 +108,8 @@ template <class T>
 Argument<T>::Argument(Block* owner, const char* name, AboutArgument<T> about) : value_(about.initial) {
     auto& d = owner->declaration_;
     const Limits limits{about.minimum, about.above, about.maximum};
-    d.arguments.push_back({name, about.doc, to_value(about.initial), about.choices, limits, about.from_path});
+    d.arguments.push_back(
+        {name, about.doc, to_value(about.initial), about.choices, limits, about.from_path, about.is_secret});
     const auto given = std::find_if(owner->arguments_->begin(), owner->arguments_->end(),
                                     [&](const auto& a) { return a.first == name; });
     if (given == owner->arguments_->end()) return;

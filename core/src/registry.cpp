@@ -38,6 +38,11 @@ std::string list(const std::vector<fs::path>& paths) {
 
 } // namespace
 
+fs::path core_file() {
+    Dl_info its{};
+    return dladdr(reinterpret_cast<const void*>(&core_file), &its) != 0 ? its.dli_fname : fs::path();
+}
+
 struct Registry::Loaded {
     std::string name;
     fs::path file;

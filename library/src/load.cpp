@@ -5,7 +5,6 @@
 #include "bf/formats/yaml.hpp"
 #include "bf/library/stand_ins.hpp"
 
-#include <dlfcn.h>
 #include <map>
 #include <set>
 #include <string_view>
@@ -88,9 +87,8 @@ std::unique_ptr<Registry> make_registry() {
     registry->add(standard_library());
     // Plugins stand beside libbf_core.so, which they share with this program: a build has the folders of an
     // installation, and an installation does not look where it was built.
-    Dl_info core{};
-    if (::dladdr(reinterpret_cast<const void*>(&fill_from_plugin), &core) != 0)
-        registry->add_search_path(fs::path(core.dli_fname).parent_path() / "blockfactory");
+    if (const fs::path core = core_file(); !core.empty())
+        registry->add_search_path(core.parent_path() / "blockfactory");
     add_stand_ins(*registry);
     return registry;
 }

@@ -63,6 +63,7 @@ template <class T, class Visit> void each_member(Visit&& visit, T& value) {
     } else if constexpr (std::is_same_v<T, ArgumentDeclaration>) {
         visit("name", value.name), visit("doc", value.doc), visit("initial", value.initial);
         visit("choices", value.choices), visit("limits", value.limits), visit("from_path", value.from_path);
+        visit("is_secret", value.is_secret);
     } else if constexpr (std::is_same_v<T, KnownSlot>) {
         SlotDeclaration& slot = value.slot;
         visit("role", slot.role), visit("name", slot.name), visit("doc", slot.doc);

@@ -47,12 +47,11 @@ bool is_of_c_library(const std::string& name) {
     return false;
 }
 
-/// Of libbf_core.so.
-fs::path core_file() {
-    Dl_info core{};
-    if (::dladdr(reinterpret_cast<const void*>(&fill_from_plugin), &core) == 0)
-        throw CommandError("libbf_core.so is not where this program can see it");
-    return fs::weakly_canonical(core.dli_fname);
+/// Of libbf_core.so, whatever links lead there.
+fs::path real_core_file() {
+    const fs::path core = core_file();
+    if (core.empty()) throw CommandError("libbf_core.so is not where this program can see it");
+    return fs::weakly_canonical(core);
 }
 
 /// All libraries of this process, by their names.
@@ -138,7 +137,7 @@ std::map<std::string, fs::path> libraries_of(const std::vector<std::string>& plu
                                " MB); export the part of the model without its blocks");
         for (const auto& needed : its->second.needs()) self(self, needed, plugin);
     };
-    add(add, core_file().filename(), "");
+    add(add, real_core_file().filename(), "");
     for (const auto& plugin : plugins) {
         const auto file = file_of_plugin(plugin, registry);
         void* const handle = ::dlopen(file.c_str(), RTLD_LAZY | RTLD_NOLOAD);
@@ -153,7 +152,7 @@ std::map<std::string, fs::path> libraries_of(const std::vector<std::string>& plu
 }
 
 CoreOptions core_options() {
-    const fs::path libraries = core_file().parent_path();
+    const fs::path libraries = real_core_file().parent_path();
     CoreOptions options{" -DEIGEN_MAX_ALIGN_BYTES=16 -DEIGEN_MALLOC_ALREADY_ALIGNED=1", {}};
     std::vector<fs::path> folders{libraries.parent_path() / "include"};
     const fs::path source = BF_SOURCE_DIRECTORY;

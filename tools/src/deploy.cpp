@@ -112,19 +112,17 @@ Program installed_program(const fs::path& prefix, const std::string& target,
     return program;
 }
 
-/// Names of the files with the keys of the diagram's connections over UDP.
-std::set<std::string> keys_of(const Diagram& diagram) {
+/// Names of the files with secrets of the diagram's blocks.
+std::set<std::string> secrets_of(const Diagram& diagram) {
     std::set<std::string> names;
-    for (const auto& node : diagram.nodes) {
-        if (node.library != "Udp") continue;
+    for (const auto& node : diagram.nodes)
         for (const auto& argument : node.block->declaration().arguments) {
-            if (argument.name != "key") continue;
-            const auto given = std::find_if(node.arguments.begin(), node.arguments.end(),
-                                            [](const auto& a) { return a.first == "key"; });
+            if (!argument.is_secret) continue;
+            const auto given =
+                std::ranges::find(node.arguments, argument.name, [](const auto& a) { return a.first; });
             names.insert(
                 fs::path((given == node.arguments.end() ? argument.initial : given->second).text).filename());
         }
-    }
     return names;
 }
 
@@ -166,7 +164,7 @@ std::string service(const std::string& name, const Diagram& diagram, const std::
            "DynamicUser=yes\nStateDirectory=" +
            name + "\nWorkingDirectory=%S/" + name + "\nRuntimeDirectory=" + name +
            "\nUMask=0077\nProtectSystem=strict\nProtectHome=yes\nPrivateTmp=yes\n" +
-           credentials(keys_of(diagram)) +
+           credentials(secrets_of(diagram)) +
            "\n# Real time.\n"
            "LimitRTPRIO=98\nLimitMEMLOCK=infinity\n"
            "CapabilityBoundingSet=CAP_SYS_NICE CAP_IPC_LOCK\nAmbientCapabilities=CAP_SYS_NICE "

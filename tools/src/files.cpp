@@ -4,7 +4,6 @@
 #include "bf/formats/yaml.hpp"
 #include "robots.hpp"
 
-#include <dlfcn.h>
 #include <sys/utsname.h>
 
 namespace bf::tools {
@@ -90,9 +89,8 @@ FileSet files_of(const fs::path& model, std::map<fs::path, std::string> texts) {
 
 fs::path shared_folder(const char* name) {
     // Beside the libraries of this program: a build has the folders of an installation.
-    Dl_info core{};
-    if (::dladdr(reinterpret_cast<const void*>(&fill_from_plugin), &core) == 0) return {};
-    return fs::path(core.dli_fname).parent_path().parent_path() / "share" / "blockfactory" / name;
+    const fs::path core = core_file();
+    return core.empty() ? core : core.parent_path().parent_path() / "share" / "blockfactory" / name;
 }
 
 std::string machine() {

@@ -17,7 +17,9 @@ class Robot final : public middleware::RemoteRobot {
         "address",
         {.initial = "9000", .doc = "where it is served: PORT of this computer, or HOST:PORT"}};
     Argument<std::string> key{
-        this, "key", {.initial = "robot.key", .doc = "file with the key that its server has, too"}};
+        this,
+        "key",
+        {.initial = "robot.key", .doc = "file with the key that its server has, too", .is_secret = true}};
 
   private:
     std::unique_ptr<middleware::RobotLink> make_link() const override {
@@ -44,7 +46,8 @@ class StreamsBlock final : public Block {
     Argument<std::string> key{this,
                               "key",
                               {.initial = "streams.key",
-                               .doc = "file with the key that all of them have; made where it is not there"}};
+                               .doc = "file with the key that all of them have; made where it is not there",
+                               .is_secret = true}};
     Provides<toolbox::StreamNetwork> network{this, [this]() -> std::shared_ptr<const toolbox::StreamNetwork> {
                                                  return std::make_shared<Streams>(address, peers, key_);
                                              }};

@@ -24,14 +24,12 @@ inline std::filesystem::path own_folder() {
 /// Loads the plugins beside this library, whatever others the environment names. Throws PluginError.
 /// libbf_core.so stands beside it, too, but a program that has one already gives that to all its libraries.
 inline void load_own_plugins(Registry& registry, std::initializer_list<const char*> names) {
-    Dl_info core{};
-    void* const its = ::dladdr(reinterpret_cast<const void*>(&fill_from_plugin), &core) != 0
-                          ? ::dlopen(core.dli_fname, RTLD_NOW | RTLD_NOLOAD)
-                          : nullptr;
+    const auto core = core_file();
+    void* const its = core.empty() ? nullptr : ::dlopen(core.c_str(), RTLD_NOW | RTLD_NOLOAD);
     void* const layout = its ? ::dlsym(its, "bf_plugin_layout") : nullptr;
     if (!layout || reinterpret_cast<std::uint64_t (*)()>(layout)() != plugin_layout)
         throw PluginError(std::string("this program has another version of libbf_core.so in use (") +
-                          (its ? core.dli_fname : "unknown") +
+                          (its ? core.string() : "unknown") +
                           ") than the FMU was made with; export it again with that version, or run it in a "
                           "program without BlockFactory");
     ::dlclose(its);

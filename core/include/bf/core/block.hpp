@@ -140,6 +140,7 @@ template <class T> struct AboutArgument {
     const char* doc = "";
     std::vector<std::string> choices = {};
     bool from_path = false; ///< the default is a whole number that the block's path in the model decides
+    bool is_secret = false; ///< it names the file of a secret, which no package holds
 };
 
 /// A value fixed when the block is made. It is there when later members are initialised, so it may decide

@@ -150,6 +150,7 @@ struct ArgumentDeclaration {
     std::vector<std::string> choices = {}; ///< texts allowed; empty: any
     Limits limits = {};                    ///< of numbers
     bool from_path = false; ///< the default is a whole number that the block's path in the model decides
+    bool is_secret = false; ///< it names the file of a secret, which no package holds
 };
 
 /// An object that belongs to one running diagram: workspace, outside state or an opened resource.

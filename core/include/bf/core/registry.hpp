@@ -104,6 +104,10 @@ inline constexpr std::uint64_t plugin_layout = [] {
 /// was built with another layout.
 void fill_from_plugin(Library& library, void* handle);
 
+/// The file of this library, libbf_core.so, beside which a build and an installation have theirs; empty: the
+/// system does not tell.
+std::filesystem::path core_file();
+
 /// A plugin or block that cannot be had: which paths were searched, which file, which symbol, the remedy.
 struct PluginError : std::runtime_error {
     using std::runtime_error::runtime_error;

@@ -5,6 +5,7 @@
 #include "bf/middleware/clock.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstdio>
 #include <random>
@@ -391,15 +392,19 @@ class RemoteRobot::Device final : public toolbox::RobotDevice {
   public:
     Device(const RemoteRobot& block, RemoteOptions options) : block_(block), options_(std::move(options)) {}
     const std::vector<std::string>& joint_names() const override { return options_.joints; }
+    void check_mode(ControlMode) const override { is_to_command_ = true; }
     void check_gains(Loop) const override {}
     void check_motor_parameters() const override {}
     std::shared_ptr<Live> open() const override {
-        return std::make_shared<RemoteConnection>(block_.make_link(), options_);
+        auto link = block_.make_link();
+        if (is_to_command_) link->expect_commands();
+        return std::make_shared<RemoteConnection>(std::move(link), options_);
     }
 
   private:
     const RemoteRobot& block_; ///< which lives as long as its diagram
     const RemoteOptions options_;
+    mutable std::atomic<bool> is_to_command_ = false; ///< by blocks of the diagram, which ask for its mode
 };
 
 RemoteRobot::RemoteRobot(const Arguments& arguments)

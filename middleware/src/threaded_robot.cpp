@@ -112,6 +112,9 @@ class Worker : public std::enable_shared_from_this<Worker> {
         bell_.wait(timeout, [&] { return vectors_->state.newest() != state_.number || is_done_; });
     }
     bool is_gone() noexcept { return is_done_; }
+    void expect_commands() noexcept {
+        if (driver_.expect_commands) driver_.expect_commands();
+    }
     const char* how_gone() const noexcept { return how_gone_; }
     void say_left_out(toolbox::RobotConnection::ErrorText& text) const noexcept {
         text[0] = '\0';
@@ -252,6 +255,7 @@ class Threaded final : public RobotLink {
     void send_settings(const double* settings) noexcept override { worker_->send_settings(settings); }
     void wait(double timeout) noexcept override { worker_->wait(timeout); }
     bool is_gone() noexcept override { return worker_->is_gone(); }
+    void expect_commands() noexcept override { worker_->expect_commands(); }
     const char* how_gone() const noexcept override { return worker_->how_gone(); }
     void say_left_out(toolbox::RobotConnection::ErrorText& text) const noexcept override {
         worker_->say_left_out(text);

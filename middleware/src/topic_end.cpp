@@ -151,7 +151,10 @@ class TopicEnd final : public RobotEnd {
         topics_->bell().ring();
         measured_ =
             Eigen::Map<const Eigen::VectorXd>(state + at_->measurement(Measurement::joint_position), at_->n);
-        if (is_ours_ && state[RobotLayout::owner] != session_) is_ours_ = is_following_ = false;
+        if (is_ours_ && state[RobotLayout::owner] != session_) {
+            is_ours_ = is_following_ = false;
+            is_taken_back_ = true;
+        }
         is_given_ = is_granted_ = false;
         time_ = state[RobotLayout::time];
         shown_time_ = time_;
@@ -166,8 +169,9 @@ class TopicEnd final : public RobotEnd {
     bool take_command(double* command, Stamp& stamp) noexcept override {
         const bool is_new = take_numbers();
         const bool is_begun = take_path();
-        // Where the time stands still, whoever leaves before a first command has been its controller, too.
-        if (is_release_asked_.exchange(false) && (is_ours_ || waits_)) {
+        // Whoever leaves before a first command has been its controller, too, and who was silent has left
+        // before.
+        if (is_release_asked_.exchange(false) && (waits_ || !std::exchange(is_taken_back_, false))) {
             if (!is_ours_) begin_session();
             command_[RobotLayout::release] = 1;
             is_ours_ = is_following_ = had_writers_ = false;
@@ -338,6 +342,7 @@ class TopicEnd final : public RobotEnd {
         command_[RobotLayout::session] = session_;
         command_[RobotLayout::until] = time_;
         is_ours_ = true;
+        is_taken_back_ = false;
         messages_ = 0;
     }
 
@@ -359,6 +364,7 @@ class TopicEnd final : public RobotEnd {
     std::atomic<std::uint64_t> steps_asked_{0}, steps_done_{0}, rejected_{0};
     std::atomic<double> shown_time_{0}, due_{0};
     bool is_ours_ = false, is_following_ = false, had_writers_ = false;
+    bool is_taken_back_ = false;                 ///< from a controller that has not let it go
     bool is_given_ = false, is_granted_ = false; ///< in this step: a command, and that the time may go on
     ControlMode mode_ = ControlMode::position;
     double session_ = 0, time_ = 0;

@@ -137,13 +137,15 @@ class TopicRobot final : public toolbox::RobotConnection {
                                      "' sends commands to it; end it first, or wait until it is forgotten "
                                      "where it was killed");
         if (is_stepped()) halt(end);
-        is_driver_ = is_stepped(); // also where no step comes to commanding it
         find_order();
+        is_driver_ = is_stepped();
+        is_silent_ = !is_stepped();
     }
     void stop() noexcept override {
         if (!is_open_) return;
         if (!left_) left_ = mode_;
         mode_.reset();
+        is_driver_ |= std::exchange(is_silent_, false) && is_its_controller();
         let_go();
         heard_.clear();
         outputs_.clear();
@@ -272,6 +274,7 @@ class TopicRobot final : public toolbox::RobotConnection {
                (what == Measurement::joint_torque && told_.has_efforts());
     }
     bool has(ControlMode mode) const { return mode == ControlMode::position || outputs_.contains(mode); }
+    void expect_commands() noexcept { is_to_command_ = true; }
 
   private:
     struct Output {
@@ -304,6 +307,12 @@ class TopicRobot final : public toolbox::RobotConnection {
         throw std::runtime_error(
             told_.what_is_missing(options_.states, Value(options_.patience).describe() + " s"));
     }
+    /// Is it the robot's controller without having commanded it, as where the first step fails?
+    bool is_its_controller() noexcept try {
+        return is_to_command_ && topics_->takes_joints_back() && topics_->other_driver().empty();
+    } catch (const std::exception&) { // it is not known
+        return false;
+    }
     /// The robot holds its joints where it lets itself be asked to, without zeros before, by which they would
     /// fall.
     void let_go() noexcept {
@@ -325,6 +334,7 @@ class TopicRobot final : public toolbox::RobotConnection {
             sent_[i] = values[mode == ControlMode::position ? i : order_[static_cast<std::size_t>(i)]];
         outputs_.find(mode)->second.end->send({sent_.data(), static_cast<std::size_t>(n_)}, duration);
         is_written_ = is_driver_ = true;
+        is_silent_ = false;
     }
     double time_of_commands() const noexcept { return is_stepped() ? due_ : now(); }
     /// A robot of ours takes commands in the order in which its states have all joints.
@@ -351,9 +361,11 @@ class TopicRobot final : public toolbox::RobotConnection {
     std::vector<SensorTopic> wrenches_, imus_;
     ToldJoints told_; ///< with the lock
     Bell bell_{};
-    double due_ = 0;          ///< time to which a robot that is stepped is to go, s
-    bool is_written_ = false; ///< a command, since it went on
-    bool is_driver_ = false;  ///< it has commanded or stepped the robot, or made it stand still
+    double due_ = 0;             ///< time to which a robot that is stepped is to go, s
+    bool is_written_ = false;    ///< a command, since it went on
+    bool is_driver_ = false;     ///< it has commanded or stepped the robot, or made it stand still
+    bool is_silent_ = false;     ///< it has started, and commanded nothing
+    bool is_to_command_ = false; ///< the diagram has blocks that do
     std::optional<ControlMode> mode_;
     std::optional<ControlMode> left_; ///< mode before, in which the robot may still be
     VectorXd target_, sent_;
@@ -390,6 +402,7 @@ WaitingDriver make_topic_robot(std::unique_ptr<RobotTopics> topics, const TopicR
     auto device = std::make_unique<TopicDevice>(options, *robot);
     TopicRobot* const its = robot.get();
     WaitingDriver driver{std::move(device), std::move(robot)};
+    driver.expect_commands = [its] { its->expect_commands(); };
     driver.left_out = [its](auto& text) { its->say_left_out(text); };
     if (options.is_clock) driver.clock = [its] { return its->time(); };
     if (options.step_size > 0) {

@@ -17,6 +17,7 @@
 #include <stdexcept>
 #include <thread>
 #include <unistd.h>
+#include <utility>
 
 namespace bf::middleware::test {
 namespace {
@@ -100,17 +101,25 @@ class Topics final : public RobotTopics {
     const std::function<void()> opened_;
 };
 
-/// What a served robot offers, which nobody sees.
+/// What a served robot hears and is asked.
+struct Offers {
+    std::map<std::string, std::function<void(std::span<const double>)>> references;
+    std::map<std::string, std::function<std::string(bool&)>> services;
+};
+
+/// Which nobody sees.
 class Offered final : public ServedTopics {
   public:
-    explicit Offered(std::map<std::string, std::function<std::string(bool&)>>& services)
-        : services_(services) {}
+    explicit Offered(Offers& offers) : its_(offers) {}
     void open(const RobotDescription&) override {}
     void close() noexcept override {}
-    void hear_references(const std::string&, std::function<void(std::span<const double>)>) override {}
+    void hear_references(const std::string& topic,
+                         std::function<void(std::span<const double>)> taken) override {
+        its_.references[topic] = std::move(taken);
+    }
     void hear_trajectories(const std::string&, std::function<void(const JointTrajectory&)>) override {}
     void offer(const std::string& name, std::function<std::string(bool&)> answer) override {
-        services_[name] = std::move(answer);
+        its_.services[name] = std::move(answer);
     }
     void offer(const std::string&, std::function<std::string(bool, bool&)>) override {}
     void add(const std::shared_ptr<Sender>&) override {}
@@ -124,7 +133,7 @@ class Offered final : public ServedTopics {
     bool has_double() const noexcept override { return false; }
 
   private:
-    std::map<std::string, std::function<std::string(bool&)>>& services_;
+    Offers& its_;
     Bell bell_{};
 };
 
@@ -303,38 +312,102 @@ TEST(ThreadedRobot, LetsAProgramEndWithoutDestructorsOfGlobalsWhereACallNeverCom
 }
 
 /// As one does whose first step fails before it commands.
-TEST(TopicRobot, LetsARobotGoThatItHasMadeToStandStill) {
-    for (const double step_size : {0.0, 0.001}) {
-        Driven robot(well, 0.5, step_size);
-        robot.network.takes_joints_back = true;
-        robot.driver.robot->start();
-        EXPECT_FALSE(std::isnan(robot.read(Measurement::joint_position)[0]));
-        robot.driver.robot->stop();
-        EXPECT_EQ(robot.network.farewells, step_size > 0 ? 1 : 0)
-            << "who only listens disturbs no controller";
+TEST(TopicRobot, LetsARobotGoThatItWasToCommandOrHasMadeToStandStill) {
+    for (const double step_size : {0.0, 0.001})
+        for (const bool commands : {true, false}) {
+            Driven robot(well, 0.5, step_size);
+            robot.network.takes_joints_back = true;
+            if (commands) robot.driver.expect_commands();
+            robot.driver.robot->start();
+            EXPECT_FALSE(std::isnan(robot.read(Measurement::joint_position)[0]));
+            robot.driver.robot->stop();
+            EXPECT_EQ(robot.network.farewells, commands || step_size > 0 ? 1 : 0)
+                << "who only listens disturbs no controller";
+        }
+}
+
+TEST(TopicRobot, DisturbsNoControllerThatHasComeMeanwhile) {
+    Driven robot(well);
+    robot.network.takes_joints_back = true;
+    robot.driver.expect_commands();
+    robot.driver.robot->start();
+    robot.network.other_driver = [] { return "/another"; };
+    robot.driver.robot->stop();
+    EXPECT_EQ(robot.network.farewells, 0);
+    robot.network.other_driver = []() -> std::string { return ""; };
+    robot.driver.robot->start();
+    robot.network.other_driver = []() -> std::string { throw std::runtime_error("nobody answers"); };
+    robot.driver.robot->stop();
+    EXPECT_EQ(robot.network.farewells, 0) << "nor any of whom nothing is known";
+}
+
+class TopicEndOf : public ::testing::TestWithParam<bool> {
+  protected:
+    TopicEndOf() {
+        RobotDescription robot;
+        robot.joints = {"hip"};
+        robot.modes = 1u << static_cast<int>(ControlMode::torque);
+        end->start(robot);
+        at = RobotLayout(robot);
+        state.resize(static_cast<std::size_t>(at.state_size()));
+        command.resize(static_cast<std::size_t>(at.command_size()));
+        end->show_state(state.data(), 0);
+    }
+    bool takes() {
+        Stamp stamp;
+        return end->take_command(command.data(), stamp);
+    }
+    void release() {
+        bool is_done = false;
+        EXPECT_EQ(topics.services.at("release")(is_done), "");
+        EXPECT_TRUE(is_done);
+    }
+    Offers topics;
+    const std::unique_ptr<RobotEnd> end = make_topic_end(
+        "robot", std::make_unique<Offered>(topics), {"effort", "velocity", "position", "way"}, GetParam());
+    RobotLayout at{RobotDescription()};
+    Numbers state, command;
+};
+INSTANTIATE_TEST_SUITE_P(TimeThatStandsStillOrGoesByTheClock, TopicEndOf, ::testing::Bool());
+
+TEST_P(TopicEndOf, HasWhoLetsGoBeforeItsFirstCommandComeAndLeave) {
+    release();
+    EXPECT_TRUE(takes());
+    EXPECT_EQ(command[RobotLayout::release], 1);
+    EXPECT_NE(command[RobotLayout::session], 0);
+    EXPECT_FALSE(takes()) << "once";
+}
+
+TEST_P(TopicEndOf, AsksForTheModeOfEachControllerOnce) {
+    double session = 0;
+    for (const bool is_first : {true, false}) {
+        for (const double effort : {1.0, 2.0}) {
+            topics.references.at("effort")(Numbers{effort});
+            ASSERT_TRUE(takes());
+            EXPECT_EQ(command[RobotLayout::mode_count], 1) << is_first << effort;
+            EXPECT_EQ(command[RobotLayout::mode_asked], static_cast<double>(ControlMode::torque));
+            EXPECT_EQ(command[RobotLayout::references], effort) << "counted";
+            EXPECT_EQ(command[RobotLayout::command_head], effort);
+        }
+        EXPECT_NE(std::exchange(session, command[RobotLayout::session]), command[RobotLayout::session]);
+        release();
+        ASSERT_TRUE(takes());
     }
 }
 
-TEST(TopicEnd, HasWhoLetsGoBeforeItsFirstCommandComeAndLeaveWhereItsTimeStandsStill) {
-    for (const bool waits : {true, false}) {
-        std::map<std::string, std::function<std::string(bool&)>> services;
-        const auto end = make_topic_end("robot", std::make_unique<Offered>(services),
-                                        {"effort", "velocity", "position", "way"}, waits);
-        RobotDescription robot;
-        robot.joints = {"hip"};
-        end->start(robot);
-        const RobotLayout at(robot);
-        Numbers state(static_cast<std::size_t>(at.state_size())),
-            command(static_cast<std::size_t>(at.command_size()));
-        end->show_state(state.data(), 0);
-        bool is_done = false;
-        EXPECT_EQ(services.at("release")(is_done), "");
-        Stamp stamp;
-        EXPECT_EQ(end->take_command(command.data(), stamp), waits);
-        EXPECT_EQ(command[RobotLayout::release], waits ? 1 : 0);
-        EXPECT_EQ(command[RobotLayout::session] != 0, waits);
-        EXPECT_FALSE(end->take_command(command.data(), stamp)) << "once";
-    }
+/// As the host does from one that was silent.
+TEST_P(TopicEndOf, HasWhomItWasTakenFromLeaveNoSecondTime) {
+    topics.references.at("effort")(Numbers{1});
+    ASSERT_TRUE(takes());
+    state[RobotLayout::owner] = command[RobotLayout::session];
+    end->show_state(state.data(), 0);
+    state[RobotLayout::owner] = 0;
+    end->show_state(state.data(), 0);
+    release();
+    EXPECT_EQ(takes(), GetParam()) << "where its time stands still nobody is silent";
+    release();
+    EXPECT_TRUE(takes()) << "the next one";
+    EXPECT_EQ(command[RobotLayout::release], 1);
 }
 
 /// The controller's step is two of the robot's, which come after it has stopped.

@@ -165,4 +165,24 @@ TEST_F(Ros2Faults, AServerThatStallsEndsTheRunAndGoesOnWithTheNextOne) {
     EXPECT_TRUE(run.step()) << run.simulation.failure();
 }
 
+/// By the clock it commands nothing then, and has come all the same.
+TEST_F(Ros2Faults, AControllerWhoseFirstStepFailsEndsWhatServesARobotOnce) {
+    const Folder folder;
+    using middleware::test::diagram, middleware::test::icub, middleware::test::icub_world;
+    Program served({BF_PROGRAM, "serve", folder.write("leg.yaml", diagram(icub + icub_world)), "--ros2",
+                    "/icub", "--once", "--realtime", "--priority", "0", "--watchdog", "0", "--quiet"});
+    {
+        Running run(diagram(icub + "  world: {block: Ros2/Robot, period: 0.001, namespace: /icub, "
+                                   "start_timeout: 30, silence: 0}\n"
+                                   "  zero: {block: Constant, value: 0}\n  must: {block: Assertion}\n"
+                                   "  drive: {block: WholeBodyToolbox/SetReferences}\n"
+                                   "  c: {block: Constant, value: [0 0 0]}\n",
+                            "  zero: must\n  c: drive\n", "Ros2"));
+        EXPECT_FALSE(run.step());
+        toolbox::test::expect_contains(run.simulation.failure(), "does not hold");
+    }
+    while (!served.line().empty()) continue; // until it has ended
+    EXPECT_EQ(served.end(), 0);
+}
+
 } // namespace bf::ros2::test

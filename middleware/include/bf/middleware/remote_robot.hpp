@@ -42,6 +42,8 @@ class RobotLink {
     /// How many numbers the newest state had, where that is not the size which the server has described; -1:
     /// it had that.
     virtual int wrong_size() const noexcept { return -1; }
+    /// The diagram has blocks that command it. Called before start().
+    virtual void expect_commands() noexcept {}
     /// Completes a sentence that says that no new state has come: why what came is none; the empty text:
     /// nothing did. Asked when a run has failed.
     virtual void say_left_out(toolbox::RobotConnection::ErrorText& text) const noexcept { text[0] = '\0'; }

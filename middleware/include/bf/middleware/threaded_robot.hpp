@@ -23,6 +23,8 @@ struct WaitingDriver {
     /// begins with "it".
     std::function<double()> period = nullptr;
     std::function<bool(int steps)> advance = nullptr;
+    /// Told before the start where the diagram has blocks that command the robot.
+    std::function<void()> expect_commands = nullptr;
     /// Completes a sentence that says that no new state has come: why what came is none; the empty text:
     /// nothing did. Any thread asks it, when a run has failed.
     std::function<void(toolbox::RobotConnection::ErrorText&)> left_out = nullptr;

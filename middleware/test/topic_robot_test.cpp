@@ -6,6 +6,7 @@
 #include "bf/middleware/topic_end.hpp"
 #include "bf/middleware/topic_robot.hpp"
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cmath>
@@ -104,6 +105,7 @@ class Topics final : public RobotTopics {
 /// What a served robot hears and is asked.
 struct Offers {
     std::map<std::string, std::function<void(std::span<const double>)>> references;
+    std::function<void(const JointTrajectory&)> trajectories;
     std::map<std::string, std::function<std::string(bool&)>> services;
 };
 
@@ -117,7 +119,9 @@ class Offered final : public ServedTopics {
                          std::function<void(std::span<const double>)> taken) override {
         its_.references[topic] = std::move(taken);
     }
-    void hear_trajectories(const std::string&, std::function<void(const JointTrajectory&)>) override {}
+    void hear_trajectories(const std::string&, std::function<void(const JointTrajectory&)> taken) override {
+        its_.trajectories = std::move(taken);
+    }
     void offer(const std::string& name, std::function<std::string(bool&)> answer) override {
         its_.services[name] = std::move(answer);
     }
@@ -346,7 +350,10 @@ class TopicEndOf : public ::testing::TestWithParam<bool> {
     TopicEndOf() {
         RobotDescription robot;
         robot.joints = {"hip"};
-        robot.modes = 1u << static_cast<int>(ControlMode::torque);
+        robot.modes = 1u << static_cast<int>(ControlMode::torque) |
+                      1u << static_cast<int>(ControlMode::position_direct);
+        robot.measurements = 1u << static_cast<int>(Measurement::joint_position);
+        robot.period = 0.25;
         end->start(robot);
         at = RobotLayout(robot);
         state.resize(static_cast<std::size_t>(at.state_size()));
@@ -393,6 +400,23 @@ TEST_P(TopicEndOf, AsksForTheModeOfEachControllerOnce) {
         release();
         ASSERT_TRUE(takes());
     }
+}
+
+/// A line to 1 within a second, and the place where it ends from then on.
+TEST_P(TopicEndOf, FollowsATrajectoryByAReferenceInEachStep) {
+    topics.trajectories({{"hip"}, {{1, {1}, {}}}});
+    for (int k = 0; k < 6; ++k) {
+        state[RobotLayout::time] = 0.25 * k;
+        end->show_state(state.data(), 0);
+        ASSERT_TRUE(takes()) << k;
+        EXPECT_FALSE(takes()) << k << ": once in a step";
+        EXPECT_NEAR(command[RobotLayout::command_head], std::min(0.25 * (k + 1), 1.0), 1e-12) << k;
+        EXPECT_EQ(command[RobotLayout::mode_asked], static_cast<double>(ControlMode::position_direct));
+        EXPECT_EQ(command[RobotLayout::mode_count], 1);
+        state[RobotLayout::owner] = command[RobotLayout::session];
+    }
+    topics.trajectories({{"another"}, {{1, {1}, {}}}});
+    EXPECT_EQ(end->counts().rejected, 1);
 }
 
 /// As the host does from one that was silent.

@@ -44,6 +44,20 @@ TEST(JointPath, IsTheCubicOfItsEndsAndLinesWithoutVelocities) {
     EXPECT_NEAR(positions[1], 1.25, 1e-12);
 }
 
+TEST(JointPath, BeginsWhereItIsToBeAtOnce) {
+    Eigen::VectorXd positions(1);
+    JointPath jump(trajectory({"a"}, {{0, 5, 0}, {1, 6, 0}}, false), {"a"});
+    jump.begin(10, Eigen::VectorXd::Constant(1, 3));
+    for (const double t : {0.0, 0.5}) {
+        EXPECT_TRUE(jump.at(10 + t, positions));
+        EXPECT_EQ(positions[0], 5 + t);
+    }
+    JointPath place(trajectory({"a"}, {{0, 5, 0}}, false), {"a"});
+    place.begin(10, Eigen::VectorXd::Constant(1, 3));
+    EXPECT_FALSE(place.at(10, positions));
+    EXPECT_EQ(positions[0], 5);
+}
+
 TEST(JointPath, RefusesWhatIsNone) {
     const auto why = [](const JointTrajectory& message) -> std::string {
         try {

@@ -17,7 +17,7 @@ namespace {
 
 /// Larger rules take a compiler, and a reader, too long.
 constexpr int most_elements = 400;
-constexpr std::size_t most_terms = 200000, most_lines = 600, smallest_shared = 3;
+constexpr std::size_t most_terms_unrolled = 200000, most_lines_unrolled = 600, smallest_shared = 3;
 
 /// The statements of one run over all targets of a kernel.
 class RuleStatements {
@@ -107,10 +107,10 @@ std::optional<CRule> all_at_once(std::string_view kernel, const std::vector<Argu
     for (const auto& a : arguments) // a table says which equations there are, and stands in none
         if (!has_table || a.values.empty()) elements += a.size.count();
     if (elements > most_elements) return {};
-    const auto traced = trace(kernel, arguments, list_from, list_size, most_terms);
+    const auto traced = trace(kernel, arguments, list_from, list_size, most_terms_unrolled);
     if (!traced) return {};
     RuleStatements all(arguments, *traced, -1, prefix);
-    if (!all.make() || all.lines.size() > most_lines) return {};
+    if (!all.make() || all.lines.size() > most_lines_unrolled) return {};
     CRule rule{std::move(all.lines), std::move(all.functions), failure_of(kernel)};
     if (all.has_names()) {
         for (auto& line : rule.lines) line.insert(0, "    ");
@@ -144,7 +144,7 @@ std::optional<CRule> each_element(std::string_view kernel, const std::vector<Arg
             a.size = {};
         }
         // A vector keeps its [ ]; its element 0 here is its element e there.
-        const auto traced = trace(kernel, one, list_from, list_size, most_terms);
+        const auto traced = trace(kernel, one, list_from, list_size, most_terms_unrolled);
         if (!traced) return {};
         RuleStatements in_loop(one, *traced, 0, prefix);
         if (!in_loop.make()) return {};
@@ -162,7 +162,7 @@ std::optional<CRule> each_element(std::string_view kernel, const std::vector<Arg
             unrolled.lines.push_back((plain.has_names() ? "    " : "") + line);
         if (plain.has_names()) unrolled.lines.push_back("}");
         unrolled.functions.merge(plain.functions);
-        if (!is_uniform && unrolled.lines.size() > most_lines) return {};
+        if (!is_uniform && unrolled.lines.size() > most_lines_unrolled) return {};
     }
     if (!is_uniform) return unrolled;
     for (auto& line : loop.lines) line.insert(0, "    ");

@@ -14,8 +14,6 @@ namespace bf::fmi {
 
 namespace {
 
-constexpr const char* variabilities[] = {"constant", "fixed", "tunable", "discrete", "continuous"};
-
 /// May a variable of that causality change so? FMI 2.0.4, table on page 50; FMI 3.0, section 2.4.7.4.
 bool can_be(Causality causality, Variability variability) {
     using V = Variability;
@@ -66,7 +64,7 @@ std::vector<std::string> problems_of(const Description& d) {
         if (!can_be(v.causality, v.variability))
             add(v,
                 std::string("is ") + causality_names[static_cast<int>(v.causality)].first + " and " +
-                    variabilities[static_cast<int>(v.variability)] + ", which exclude each other",
+                    variability_names[static_cast<int>(v.variability)] + ", which exclude each other",
                 of_variables);
         if (v.variability == Variability::continuous && !is_real)
             add(v, "is continuous, but its type is not", of_variables);

@@ -16,9 +16,9 @@ namespace bf::fmi {
 
 namespace {
 
-constexpr double untouched = -2.2250738585072014e-308;   ///< what no FMU writes behind the end of its numbers
-constexpr int most_iterations = 1000;                    ///< of one event
-constexpr std::size_t most_bytes = std::size_t{1} << 30; ///< of a saved state
+constexpr double untouched = -2.2250738585072014e-308; ///< what no FMU writes behind the end of its numbers
+constexpr int most_iterations = 1000;                  ///< of one event
+constexpr std::size_t most_state_bytes = std::size_t{1} << 30; ///< of a saved state
 
 bool is_float64(int version, Type type) {
     return type == Type::float64 || (version == 2 && type == Type::float32);
@@ -546,7 +546,7 @@ bool LocalInstance::resize(std::vector<std::uint8_t>& bytes, std::size_t size) n
     char why[200];
     std::snprintf(why, sizeof why, " gave %zu bytes as the size of a saved state, which are %s (%s)", size,
                   size == 0 ? "none" : "more than fit into memory", section);
-    if (size == 0 || size > most_bytes) return fail(function, why);
+    if (size == 0 || size > most_state_bytes) return fail(function, why);
     try {
         bytes.resize(size);
     } catch (const std::bad_alloc&) {

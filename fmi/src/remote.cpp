@@ -61,7 +61,7 @@ struct Head {
 };
 
 using Bytes = std::vector<std::uint8_t>;
-constexpr std::size_t most_bytes = std::size_t{2} << 30; ///< of one message
+constexpr std::size_t most_message_bytes = std::size_t{2} << 30; ///< of one message
 using Part = std::span<const std::uint8_t>;
 
 template <class T> Part bytes_of(const T* from, std::size_t count) {
@@ -91,7 +91,7 @@ class End {
     bool receive(Head& head, Bytes& bytes, double timeout) noexcept {
         if (!read(&head, sizeof head, timeout)) return false;
         // Whatever an FMU does to its descriptors, no more is believed than a saved state may have.
-        is_garbled_ = head.size > most_bytes;
+        is_garbled_ = head.size > most_message_bytes;
         if (is_garbled_) return false;
         try {
             bytes.resize(head.size);

@@ -9,7 +9,6 @@ namespace bf::fmi {
 
 namespace {
 
-constexpr const char* variabilities[] = {"constant", "fixed", "tunable", "discrete", "continuous"};
 constexpr const char* initials[] = {"", "exact", "approx", "calculated"};
 
 bool is_real(Type type) { return type == Type::float64 || type == Type::float32; }
@@ -60,7 +59,7 @@ std::string variable(const Description& d, const Variable& v) {
                                attribute("valueReference", std::to_string(v.reference)) +
                                optional_attribute("description", v.doc) +
                                attribute("causality", causality_names[static_cast<int>(v.causality)].first) +
-                               attribute("variability", variabilities[static_cast<int>(v.variability)]) +
+                               attribute("variability", variability_names[static_cast<int>(v.variability)]) +
                                optional_attribute("initial", initials[static_cast<int>(v.initial)]);
     if (d.version == 2)
         return "    <ScalarVariable" + common + "><" + type_2(v.type) +

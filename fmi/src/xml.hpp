@@ -34,6 +34,9 @@ inline constexpr std::pair<const char*, Causality> causality_names[] = {
     {"local", Causality::local},
     {"independent", Causality::independent}};
 
+/// In the order of Variability.
+inline constexpr const char* variability_names[] = {"constant", "fixed", "tunable", "discrete", "continuous"};
+
 inline constexpr std::pair<const char*, Ticks::Kind> interval_names[] = {
     {"constant", Ticks::Kind::constant},   {"fixed", Ticks::Kind::fixed},
     {"tunable", Ticks::Kind::tunable},     {"changing", Ticks::Kind::changing},

@@ -4,12 +4,12 @@ namespace bf::realtime {
 
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
 double us(Nanoseconds t) { return static_cast<double>(t) / 1000; }
 
-Json json_of(const std::vector<HistogramRow>& rows) {
-    Json list = Json::array();
+OrderedJson json_of(const std::vector<HistogramRow>& rows) {
+    OrderedJson list = OrderedJson::array();
     for (const auto& row : rows)
         list.push_back({{"from_us", us(row.from)},
                         {"to_us", us(row.to)},
@@ -18,7 +18,7 @@ Json json_of(const std::vector<HistogramRow>& rows) {
     return list;
 }
 
-Json json_of(const Histogram& h) {
+OrderedJson json_of(const Histogram& h) {
     return {{"p50", us(h.percentile(0.5))},
             {"p99", us(h.percentile(0.99))},
             {"p99_9", us(h.percentile(0.999))},
@@ -29,15 +29,15 @@ Json json_of(const Histogram& h) {
 
 } // namespace
 
-Json statistics_json(const Statistics& s) {
-    Json json{{"period_us", us(s.period)},
-              {"steps", std::int64_t{s.steps}},
-              {"wake_up_us", json_of(s.latency)},
-              {"step_us", json_of(s.computation)},
-              {"response_us", json_of(s.response)},
-              {"deviation_us", json_of(s.jitter)},
-              {"deviation_of_the_period", json_of(s.periods.rows())},
-              {"missed", s.missed()}};
+OrderedJson statistics_json(const Statistics& s) {
+    OrderedJson json{{"period_us", us(s.period)},
+                     {"steps", std::int64_t{s.steps}},
+                     {"wake_up_us", json_of(s.latency)},
+                     {"step_us", json_of(s.computation)},
+                     {"response_us", json_of(s.response)},
+                     {"deviation_us", json_of(s.jitter)},
+                     {"deviation_of_the_period", json_of(s.periods.rows())},
+                     {"missed", s.missed()}};
     for (std::size_t i = 0; i < s.misses.size(); ++i)
         json["missed_by_cause"][name(static_cast<Cause>(i))] = std::int64_t{s.misses[i]};
     json["skipped"] = std::int64_t{s.skipped};
@@ -45,8 +45,8 @@ Json statistics_json(const Statistics& s) {
     return json;
 }
 
-Json first_misses_json(const Statistics& s) {
-    Json list = Json::array();
+OrderedJson first_misses_json(const Statistics& s) {
+    OrderedJson list = OrderedJson::array();
     for (const auto& miss : s.first_misses)
         list.push_back({{"step", miss.step},
                         {"cause", name(miss.cause)},

@@ -17,7 +17,6 @@ namespace bf::editor {
 
 namespace {
 
-constexpr double port_gap = 20;
 constexpr double widest_port = 110; ///< of the name of a port in a block
 constexpr double name_below = 14;   ///< from a block to the base line of its name
 constexpr double sign = 12, sign_in_circle = 11, icon_letter = 12;

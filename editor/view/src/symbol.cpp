@@ -15,7 +15,6 @@ namespace {
 
 constexpr double letter = 12;
 constexpr double widest = 170; ///< of a text in a block
-constexpr double port_gap = 20;
 
 /// How a type of block is drawn. `text` has {setting} where the value of a setting stands, and a fraction
 /// where it has a

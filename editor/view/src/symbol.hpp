@@ -9,6 +9,8 @@
 
 namespace bf::editor {
 
+inline constexpr double port_gap = 20; ///< between neighbouring ports of one side
+
 /// What a block looks like, from its upper left corner; ports are not part of it.
 struct Symbol {
     enum class Outline {

@@ -2,6 +2,7 @@
 #include "bf/analysis/linearize.hpp"
 
 #include "../../codegen/test/cases.hpp"
+#include "../../engine/test/support.hpp"
 
 #include <gtest/gtest.h>
 #include <optional>
@@ -110,6 +111,43 @@ TEST(Derivatives, OfAnInputBehindAnyStandardBlockDoNotEnterItsOwnStates) {
             }
     }
     EXPECT_GT(compared, 300);
+}
+
+namespace {
+
+/// y = x and x⁺ = 0.8 y + sin u by methods, of which the second reads an output and an input.
+struct Lag final : Block {
+    using Block::Block;
+    Input<double> u{this, "u"};
+    Output<double> y{this, "y"};
+    DiscreteState<double> x{this, "x"};
+    Status output(Now at, Out out) const noexcept override {
+        out[y] = at[x];
+        return ok;
+    }
+    Status update(Now at, Next next) const noexcept override {
+        next[x] = 0.8 * at[y] + std::sin(at[u]);
+        return ok;
+    }
+};
+
+} // namespace
+
+TEST(Derivatives, OfAMethodThatUpdatesGoThroughTheInputsAndOutputsThatItReads) {
+    Library library("");
+    library.group("test").add<Lag>("Lag", "");
+    const bf::test::Session session(
+        "model: m\nstep: 0.1\ninputs: [u]\noutputs: [y]\nblocks:\n  lag: {block: Lag}\n"
+        "connections: {u: lag, lag: y}\n",
+        &library);
+    Simulation run(session.diagram);
+    run.start();
+    *reinterpret_cast<double*>(run.inputs()[0].data) = 0.5;
+    const auto found = linearize(run, {});
+    EXPECT_NEAR(found.A(0, 0), 0.8, 1e-9);
+    EXPECT_NEAR(found.B(0, 0), std::cos(0.5), 1e-9);
+    EXPECT_NEAR(found.C(0, 0), 1, 1e-9);
+    EXPECT_NEAR(found.D(0, 0), 0, 1e-9);
 }
 
 } // namespace bf::analysis::test

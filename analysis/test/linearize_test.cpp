@@ -575,6 +575,37 @@ connections:
     EXPECT_GT(states.size(), 1u);
 }
 
+TEST(Linearize, OfAnEnabledSubsystemIsThatOfItsBlocksWhileAnyElementOfItsEnableIsAboveZero) {
+    const auto enabled_by = [](const std::string& enable) {
+        return linear(R"m(
+model: m
+step: 0.1
+inputs: [u]
+outputs: [y]
+blocks:
+  enable: {block: Constant, value: ")m" +
+                      enable + R"m("}
+  side:
+    execution: enabled
+    inputs: [a]
+    outputs: [b]
+    blocks: {g: {block: Gain, K: 3}}
+    connections: {a: g, g: b}
+connections: {u: side.a, enable: side.enable, side.b: y}
+)m");
+    };
+    for (const char* on : {"1", "[2; 0]", "[-1; 0.5]"}) {
+        const auto found = enabled_by(on);
+        EXPECT_EQ(found.D(0, 0), 3) << on;
+        EXPECT_TRUE(found.held.empty()) << on;
+    }
+    for (const char* off : {"0", "[0; -1]"}) {
+        const auto found = enabled_by(off);
+        EXPECT_EQ(found.D(0, 0), 0) << off;
+        EXPECT_EQ(found.held, std::vector<std::string>{"side: it is disabled"}) << off;
+    }
+}
+
 TEST(Linearize, RefusesWhatItCannotWithItsPlaceAndRemedy) {
     EXPECT_EQ(refusal(oscillator, {.to = {"positoin"}}),
               "the model has no signal or state 'positoin'; did you mean 'position'?");

@@ -254,6 +254,14 @@ TEST(Response, OfASecondOrderSystemOvershootsAsItsDampingSays) {
     EXPECT_TRUE(std::isnan(step_response(integrating(1), 0, 0).final));
 }
 
+TEST(Response, OfAnIntegratingLoopLastsUntilItsOtherPolesHaveFaded) {
+    // 1/(s² (s + 1) (s + 2)) = 1/(2 s²) - 3/(4 s) + 1/(s + 1) - 1/(4 (s + 2)).
+    const auto r = step_response(integrating(1), 0, 0);
+    const double t = r.time.back();
+    EXPECT_NEAR(t, 8, 0.1); // eight times the slowest of them
+    EXPECT_NEAR(r.value.back(), t / 2 - 0.75 + std::exp(-t) - std::exp(-2 * t) / 4, 1e-9);
+}
+
 TEST(Response, OfLittleDampingIsSeenHoweverLongItLasts) {
     for (const double duration : {0.0, 1e6}) {
         const auto r = step_response(second_order(1e-4, 1), 0, 0, duration);

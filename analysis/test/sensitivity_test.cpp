@@ -73,7 +73,8 @@ TEST(Sensitivity, OfChecksIsItsClosedForm) {
     EXPECT_NEAR(top.slopes[0], 0, 1e-12);
     EXPECT_NEAR(top.slopes[1], 1, 1e-9);
     EXPECT_NEAR(top.change_to_limit(1), 0.5, 1e-9);
-    EXPECT_TRUE(std::isinf(top.change_to_limit(0)));
+    EXPECT_EQ(top.slopes[0], 0);
+    EXPECT_EQ(top.change_to_limit(0), INFINITY);
     EXPECT_TRUE(std::isinf(named_check(found, "level").distance));
     EXPECT_EQ(found.checks[0].name, "end"); // 0.7 % of its parameters are enough
     EXPECT_EQ(found.checks[2].name, "level");
@@ -121,6 +122,22 @@ connections: {one: [gain, sum.u1], gain: sum.u2, sum: end}
     EXPECT_NEAR(check.slopes[1], 4, 1e-9);
     EXPECT_NEAR(check.distance_slopes[2], 1, 1e-9);
     EXPECT_NEAR(check.change_to_limit(1), 0.25, 1e-9);
+}
+
+TEST(Sensitivity, OfAModelWithoutVariablesIsByTheParametersOfAllBlocksButChecks) {
+    const auto found = sensitivities_of(R"m(
+model: m
+step: 0.1
+stop: 1
+blocks:
+  one: {block: Constant, value: 3}
+  gain: {block: Gain, K: 2}
+  end: {block: Check, kind: final, at_most: 20}
+connections: {one: gain, gain: end}
+)m");
+    ASSERT_EQ(found.names, (std::vector<std::string>{"one.value", "gain.K"}));
+    EXPECT_NEAR(found.checks[0].slopes[0], 2, 1e-9);
+    EXPECT_NEAR(found.checks[0].slopes[1], 3, 1e-9);
 }
 
 TEST(Sensitivity, TakesElementsByTheNamesThatItGives) {

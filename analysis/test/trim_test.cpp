@@ -68,6 +68,35 @@ TEST(Trim, HoldsStatesAndKeepsBounds) {
     EXPECT_NEAR(number(upper.free, "theta.x"), M_PI - std::asin(5 / 9.81), 1e-7);
 }
 
+TEST(Trim, ABoundOnOneSideIsKeptAndLeavesTheNearestRestWhereItIs) {
+    constexpr double inf = std::numeric_limits<double>::infinity();
+    // x' = u - sin x rests at every multiple of π; the nearest one is found.
+    for (const auto& [initial, rest] : {std::pair(3.3, 1.0), {6.1, 2.0}}) {
+        char text[300];
+        std::snprintf(text, sizeof text,
+                      "model: m\nstep: 0.1\nsolver: rk4\ninputs: [u]\noutputs: [y]\nblocks:\n"
+                      "  f: {block: Fcn, expression: u1 - sin(u2)}\n"
+                      "  x: {block: Integrator, initial: %g}\n"
+                      "connections: {u: f.u1, x: [f.u2, y], f: x}\n",
+                      initial);
+        for (const auto& [lower, upper] : {std::pair(-inf, inf), {-0.5, inf}, {-inf, 9.0}}) {
+            Session session(text);
+            const auto found = trim(*session.simulation, {.bounds = {{"x.x", lower, upper}}});
+            EXPECT_NEAR(number(found.free, "x.x"), rest * M_PI, 1e-8) << lower << " " << upper;
+        }
+    }
+    // A run that stands beyond a bound comes to a rest within it.
+    for (const auto& [u, lower, upper] : {std::tuple(5.0, 2.0, inf), {-5.0, -inf, -0.1}}) {
+        Session session(pendulum);
+        const double angle = number(
+            trim(*session.simulation, {.hold = {{"u", u}}, .bounds = {{"theta.x", lower, upper}}}).free,
+            "theta.x");
+        EXPECT_NEAR(9.81 * std::sin(angle), u, 1e-8);
+        EXPECT_GE(angle, lower);
+        EXPECT_LE(angle, upper);
+    }
+}
+
 TEST(Trim, NeedsNoTargetWhateverTheRootHas) {
     // A second torque, against the first, and a second output.
     auto text = pendulum;

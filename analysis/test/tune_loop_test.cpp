@@ -244,6 +244,15 @@ TEST(TuneLoop, OneGainMayLeaveTheLoopsGainBelowOneEverywhere) {
         0.8, 1e-4);
 }
 
+TEST(TuneLoop, OfGainsThatLeaveTheLoopBelowOneTheOneOfTheGreatestBandwidthIsTaken) {
+    // k/(s + 1) has every phase margin up to k = 1; closed it is k/(s + 1 + k).
+    std::string lag = loop_of("numerator: 1, denominator: \"[1 1]\"", "P: k, I: 0");
+    lag.replace(lag.find("blocks:"), 7, "variables: {k: {value: 0.2, maximum: 0.5}}\nblocks:");
+    const auto found = tuned(lag, {.loop = "pid", .by = {"k"}, .phase_margin = 60});
+    EXPECT_EQ(found.gains[0].after, 0.5);
+    EXPECT_NEAR(found.after.margins.bandwidth, 1.5, 1e-9); // of 0.5/(s + 1.5)
+}
+
 TEST(TuneLoop, SaysWhatCannotBeReachedAndWhatCan) {
     const auto expect = [](const std::string& refusal, const std::string& part) {
         EXPECT_NE(refusal.find(part), std::string::npos) << part << "\n" << refusal;
@@ -472,6 +481,10 @@ TEST(TuneLoop, KeepsTwoGainsWithinTheirLimitsAndSaysWhichStandsInTheWay) {
     EXPECT_NEAR(tuned(limited("0.2005"), near).gains[0].after, 0.2004, 1e-8);
     near.phase_margin = margin(0.18);
     EXPECT_NEAR(tuned(limited("0.2"), near).gains[0].after, 0.18, 1e-8);
+    // A quarter more and a quarter less lie beyond both.
+    near.phase_margin = margin(0.195);
+    const auto narrow = tacho("K: 8, Kt: 0.5, tau: {value: 0.2, minimum: 0.19, maximum: 0.21}");
+    EXPECT_NEAR(tuned(narrow, near).gains[0].after, 0.195, 1e-8);
 }
 
 TEST(TuneLoop, FindsTheLeastOvershootAtTheEndOfWhatCanBeHad) {

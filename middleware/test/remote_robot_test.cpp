@@ -5,8 +5,12 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstring>
 #include <gtest/gtest.h>
+#include <stdexcept>
 #include <thread>
+#include <tuple>
+#include <utility>
 
 namespace bf::middleware::test {
 namespace {
@@ -51,7 +55,91 @@ class ClockLink final : public RobotLink {
     const std::string name_ = "clock";
 };
 
+/// A robot that sends its first state and its gains, and no more.
+class SilentLink final : public RobotLink {
+  public:
+    struct Calls {
+        int starts = 0, stops = 0, commands = 0;
+    };
+    SilentLink(Calls& calls, bool has_state) : calls_(calls), has_state_(has_state) {}
+    RobotDescription start(double) override {
+        ++calls_.starts;
+        RobotDescription robot;
+        robot.joints = {"knee"};
+        robot.period = 0.001;
+        robot.measurements = 3;
+        robot.has_position_gains = robot.has_motor_parameters = true;
+        for (auto* limits :
+             {&robot.position_min, &robot.position_max, &robot.velocity_min, &robot.velocity_max})
+            limits->setZero(1);
+        return robot;
+    }
+    void stop() noexcept override { ++calls_.stops; }
+    bool take_state(double*, Stamp& stamp) noexcept override {
+        stamp = {1, now()};
+        return std::exchange(has_state_, false);
+    }
+    bool take_gains(double*) noexcept override { return true; }
+    void send_command(const double*) noexcept override { ++calls_.commands; }
+    void send_settings(const double*) noexcept override { ++calls_.commands; }
+    void wait(double) noexcept override {}
+    bool is_gone() noexcept override { return false; }
+    const std::string& name() const noexcept override { return name_; }
+
+  private:
+    Calls& calls_;
+    bool has_state_;
+    const std::string name_ = "silent";
+};
+
 } // namespace
+
+TEST(RemoteConnection, StopsItsLinkWithoutAFarewellWhereItsStartFails) {
+    for (const auto& [joint, has_state, why] :
+         {std::tuple("hip", true, "silent: it has no joint 'hip'"),
+          std::tuple("knee", false, "silent: it is there, but sends no state")}) {
+        SilentLink::Calls calls;
+        RemoteConnection robot(std::make_unique<SilentLink>(calls, has_state),
+                               {.joints = {joint}, .start_timeout = 0.05});
+        try {
+            robot.start();
+            ADD_FAILURE() << "it starts";
+        } catch (const std::runtime_error& error) {
+            EXPECT_EQ(std::string(error.what()).substr(0, std::strlen(why)), why);
+        }
+        EXPECT_EQ(calls.starts, 1);
+        EXPECT_EQ(calls.stops, 1);
+        EXPECT_FALSE(robot.begin_step()) << "it is closed";
+        robot.stop();
+        EXPECT_EQ(calls.stops, 1);
+        EXPECT_EQ(calls.commands, 0);
+    }
+}
+
+/// Nor is it given anything.
+TEST(RemoteConnection, TellsNothingOfARobotThatHasFallenSilent) {
+    SilentLink::Calls calls;
+    RemoteConnection robot(std::make_unique<SilentLink>(calls, true), {.joints = {"knee"}, .timeout = 0.05});
+    robot.set_period(0.001);
+    robot.start();
+    toolbox::MotorParameters motors(1);
+    toolbox::Gains gains(1);
+    Eigen::VectorXd values = Eigen::VectorXd::Zero(1);
+    EXPECT_TRUE(robot.read_motor_parameters(motors)) << robot.error();
+    EXPECT_TRUE(robot.read_gains(Loop::position, gains)) << robot.error();
+    robot.end_step();
+    std::this_thread::sleep_for(std::chrono::milliseconds(60));
+    calls.commands = 0;
+    EXPECT_FALSE(robot.read_motor_parameters(motors));
+    EXPECT_FALSE(robot.read_gains(Loop::position, gains));
+    EXPECT_FALSE(robot.read(Measurement::joint_position, values));
+    EXPECT_FALSE(robot.write_motor_parameters(motors));
+    EXPECT_FALSE(robot.write_gains(Loop::position, gains));
+    EXPECT_FALSE(robot.write(ControlMode::torque, values));
+    EXPECT_FALSE(robot.set_mode(ControlMode::torque));
+    EXPECT_EQ(std::string(robot.error()).substr(0, 21), "silent: no state for ");
+    EXPECT_EQ(calls.commands, 0);
+}
 
 TEST(RemoteConnection, TellsNoRoundoffOfTimesAsDrift) {
     RemoteConnection robot(std::make_unique<ClockLink>(2000), {.joints = {"knee"}});

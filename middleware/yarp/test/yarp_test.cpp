@@ -148,11 +148,12 @@ TEST_F(YarpRobot, GoesWhereItIsLed) {
         << run.simulation.failure() << run.get("s.y");
     EXPECT_GT(run.scalar("robot.time"), 0);
     EXPECT_LT(run.scalar("robot.age"), 1);
-    double degrees[3] = {};
-    ASSERT_TRUE(look.as<dev::IEncoders>().getEncoders(degrees));
-    EXPECT_NEAR(degrees[0] * radians, 0.2, 1e-9) << "the hip, which is the diagram's second joint";
-    EXPECT_NEAR(degrees[1] * radians, -0.3, 1e-9);
-    EXPECT_NEAR(degrees[2] * radians, 0.1, 1e-9);
+    Eigen::Vector3d degrees = Eigen::Vector3d::Zero();
+    const Eigen::Vector3d its(0.2, -0.3, 0.1); // the hip, which is the diagram's second joint, comes first
+    EXPECT_TRUE(waits_until([&] {
+        return look.as<dev::IEncoders>().getEncoders(degrees.data()) &&
+               (degrees * radians - its).norm() < 1e-9;
+    })) << degrees * radians;
 }
 
 /// The pretended robot has no torques and forgets some references, so these are looked at on their way to it.

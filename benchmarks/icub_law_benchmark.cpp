@@ -10,9 +10,12 @@
 
 #include <benchmark/benchmark.h>
 
+#include <algorithm>
+#include <chrono>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <stdexcept>
 #include <string>
 #include <unistd.h>
@@ -143,8 +146,17 @@ void engine(benchmark::State& state) {
     run([&] { append(simulation, diagram.outputs, outputs); });
     if (outputs != law.outputs)
         throw std::runtime_error("the reduced model does not compute what the whole one does");
-    for (auto _ : state) run([] {});
-    state.SetItemsProcessed(state.iterations() * steps);
+    // The fastest of as many rounds as the driver of the others makes.
+    for (auto _ : state) {
+        double best = std::numeric_limits<double>::infinity();
+        for (int i = 0; i < 100; ++i) {
+            const auto begin = std::chrono::steady_clock::now();
+            for (int round = 0; round < 10; ++round) run([] {});
+            const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
+            best = std::min(best, taken.count() / (10 * steps));
+        }
+        state.SetIterationTime(best);
+    }
 }
 
 /// One of the times that the driver prints.
@@ -174,7 +186,7 @@ void arithmetic_alone(benchmark::State& state) { driver(state, 2); }
 
 } // namespace
 
-BENCHMARK(engine)->Name("codegen.icub_law/engine");
+BENCHMARK(engine)->Name("codegen.icub_law/engine")->UseManualTime()->Iterations(3);
 BENCHMARK(generated)->Name("codegen.icub_law/generated")->UseManualTime()->Iterations(3);
 BENCHMARK(hand)->Name("codegen.icub_law/hand")->UseManualTime()->Iterations(3);
 BENCHMARK(arithmetic_alone)->Name("codegen.icub_law/arithmetic")->UseManualTime()->Iterations(3);

@@ -63,7 +63,8 @@ if(YARP_FOUND)
     get_filename_component(BF_YARP_PREFIX ${BF_YARP_LIBRARIES} DIRECTORY)
     set(BF_YARP_DATA ${BF_YARP_PREFIX}/share/yarp) # where YARP looks for its devices
     # GCC 12 misses two headers that YARP's used to include.
-    set(BF_YARP_OPTIONS "SHELL:-include iterator" "SHELL:-include utility")
+    set(BF_YARP_OPTIONS "SHELL:-include iterator" "SHELL:-include utility"
+        $<$<CONFIG:Sanitize>:-fno-sanitize=vptr>) # YARP hides the typeinfo of what it lets others derive from
 else()
     set(BF_YARP OFF)
 endif()

@@ -127,11 +127,16 @@ def effort(namespace, kp, kd, count):
     while publisher.get_subscription_count() == 0:
         rclpy.spin_once(node, timeout_sec=0.05)
     say("ready")
-    last = None
+    last = command = None
     left = int(count)
     while left > 0:
+        silent_from = time.monotonic()
         while not states:
-            rclpy.spin_once(node)
+            rclpy.spin_once(node, timeout_sec=0.5)
+            # Who is found may find the finder later; what is said between is lost.
+            if not states and command and time.monotonic() - silent_from > 5:
+                publisher.publish(command)
+                silent_from = time.monotonic()
         state = states[-1]
         states.clear()
         time_of = (state.header.stamp.sec, state.header.stamp.nanosec)
@@ -140,7 +145,8 @@ def effort(namespace, kp, kd, count):
         last = time_of
         left -= 1
         torques = [-float(kp) * q - float(kd) * v for q, v in zip(state.position, state.velocity)]
-        publisher.publish(Float64MultiArray(data=torques))
+        command = Float64MultiArray(data=torques)
+        publisher.publish(command)
         say(time_of[0] + 1e-9 * time_of[1], *state.position)
 
 

@@ -105,6 +105,7 @@ export class Session {
   private drawn = ""; // what the newest drawing was asked for
   private clipboard = "";
   private edits_under_way = 0;
+  private changes = $state(0); // that the service was asked for, and that are not drawn yet
   private has_run = false;
 
   readonly is_viewer: boolean; // is the page for what stands in space alone?
@@ -251,35 +252,46 @@ export class Session {
     if (operation.do === "batch" && operation.operations.length === 0) return false;
     const single = operation.do === "batch" && operation.operations.length === 1 ? operation.operations[0]! : operation;
     ++this.edits_under_way;
-    return this.settle(await this.ask("edit", { operation: single }).finally(() => --this.edits_under_way));
+    return this.settle(this.ask("edit", { operation: single }).finally(() => --this.edits_under_way));
   }
-  private async settle(state: DocumentState | null): Promise<boolean> {
-    if (state) {
-      if (state.revision !== this.document?.revision || state.file !== this.document.file) this.document = state; // else it was heard
-      this.message = null;
-      this.marks_open = false;
+  /** Resolves when it is drawn: to false, and a message, where the service refused. */
+  private async settle(asked: Promise<DocumentState | null>): Promise<boolean> {
+    await null; // a field that goes sets its value while the page is drawn anew, when no state may change
+    ++this.changes;
+    try {
+      const state = await asked;
+      if (state) {
+        if (state.revision !== this.document?.revision || state.file !== this.document.file) this.document = state; // else it was heard
+        this.message = null;
+        this.marks_open = false;
+      }
+      await this.redraw(nothing_tried);
+      return state !== null;
+    } finally {
+      --this.changes;
     }
-    await this.redraw(nothing_tried);
-    return state !== null;
   }
+  /** Is the drawing about to change, as the person asked? */
+  get is_changing(): boolean { return this.changes > 0; }
   mend(fix: Fix): Promise<boolean> { return this.edit(JSON.parse(fix.operation) as Operation); }
   async rewrite(file: string, text: string, before: string): Promise<Methods["rewrite"]["result"] | null> {
-    const answer = await this.ask("rewrite", { file, text, before });
-    if (answer) await this.settle(answer.document);
+    const answer = this.ask("rewrite", { file, text, before });
+    await this.settle(answer.then((its) => its?.document ?? null));
     return answer;
   }
   /** Also what is under way, as the service takes one request after the other. */
   get can_undo(): boolean { return this.edits_under_way > 0 || (this.document?.can_undo ?? false); }
-  async undo(): Promise<void> { if (this.can_undo) await this.settle(await this.ask("undo", {})); }
-  async redo(): Promise<void> { if (this.document?.can_redo) await this.settle(await this.ask("redo", {})); }
+  async undo(): Promise<void> { if (this.can_undo) await this.settle(this.ask("undo", {})); }
+  async redo(): Promise<void> { if (this.document?.can_redo) await this.settle(this.ask("redo", {})); }
   async arrange(): Promise<void> {
-    if (await this.settle(await this.ask("arrange", { system: this.system }))) this.fit();
+    if (await this.settle(this.ask("arrange", { system: this.system }))) this.fit();
   }
   async open(file: string): Promise<void> {
-    const state = await this.ask("open", { file });
-    if (!state) return;
-    this.look_at("");
-    if (await this.settle(state)) this.fit();
+    const opened = this.ask("open", { file }).then((state) => {
+      if (state) this.look_at("");
+      return state;
+    });
+    if (await this.settle(opened)) this.fit();
   }
 
   // ---- looking ----
@@ -605,7 +617,7 @@ export class Session {
   async paste(text = this.clipboard, at = this.spot()): Promise<void> {
     if (!text) return;
     const before = new Set(this.drawing?.elements.map(key_of));
-    if (await this.settle(await this.ask("paste", { system: this.system, text, at })))
+    if (await this.settle(this.ask("paste", { system: this.system, text, at })))
       this.select(this.drawing!.elements.filter((e) => e.kind !== "wire" && !before.has(key_of(e))).map(key_of));
   }
   async duplicate(): Promise<void> {

@@ -57,6 +57,7 @@ export class Hand {
   }
   async at(p: Point): Promise<Point> {
     await this.page.locator("canvas").first().evaluate(() => (document.activeElement as HTMLElement | null)?.blur());
+    await this.page.locator("[role=listbox][aria-label^=Elements][aria-busy=false]").waitFor({ state: "attached" }); // edits are drawn
     await this.page.keyboard.press("f");
     for (let i = 0; i < Math.abs(this.zoom); ++i) await this.page.keyboard.press(this.zoom > 0 ? "+" : "-");
     const box = (await this.page.locator("canvas").first().boundingBox())!;

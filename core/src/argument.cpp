@@ -101,7 +101,7 @@ const Arguments& Block::no_arguments() {
 }
 
 std::string Block::path_of(const std::string& file) const {
-    return (std::filesystem::path(arguments_->folder) / file).lexically_normal().string();
+    return (std::filesystem::path(folder_) / file).lexically_normal().string();
 }
 
 template <class T>

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 #include <limits>
+#include <memory>
 
 namespace bf {
 namespace {
@@ -108,6 +109,20 @@ TEST(Argument, KeepsItsLimits) {
               "argument 'most' must be at most 9, but element 2 is 10");
     const Arguments arguments{{"few", -3}};
     EXPECT_EQ(*Arguable(arguments).few, 2) << "the default, for ports that follow from it";
+}
+
+TEST(Argument, NamesAFileBesideTheModelAlsoWhenTheBlockIsMade) {
+    struct Reader : Block {
+        using Block::Block, Block::path_of;
+    };
+    auto arguments = std::make_unique<Arguments>();
+    arguments->folder = "/models/arm";
+    const Reader reader(*arguments);
+    arguments.reset();
+    EXPECT_EQ(reader.path_of("table.csv"), "/models/arm/table.csv");
+    EXPECT_EQ(reader.path_of("../table.csv"), "/models/table.csv");
+    EXPECT_EQ(reader.path_of("/table.csv"), "/table.csv");
+    EXPECT_EQ(Reader().path_of("table.csv"), "table.csv");
 }
 
 // ---- limits

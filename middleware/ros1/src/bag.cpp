@@ -254,15 +254,12 @@ class BagBlock final : public Block {
         {.initial = 0, .minimum = 0, .maximum = 1e9, .doc = "what is left out of it at its begin, s"}};
     Provides<RosConnection> node{
         this, [this]() -> std::shared_ptr<const RosConnection> {
-            return std::make_shared<RosConnection>(
-                RosConnection{[path = path_, s = double(begin)] { return std::make_shared<Bag>(path, s); }});
+            return std::make_shared<RosConnection>(RosConnection{
+                [path = path_of(*file), s = double(begin)] { return std::make_shared<Bag>(path, s); }});
         }};
 
     void start(Now at) const override { at[node].open(); }
     void stop(Now at) const noexcept override { at[node].close(); }
-
-  private:
-    const std::string path_ = path_of(*file); ///< asked for while the block is made
 };
 
 } // namespace

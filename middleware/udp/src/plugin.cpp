@@ -9,7 +9,7 @@ namespace {
 
 class Robot final : public middleware::RemoteRobot {
   public:
-    explicit Robot(const Arguments& arguments) : RemoteRobot(arguments), key_(path_of(*key)) {
+    explicit Robot(const Arguments& arguments) : RemoteRobot(arguments) {
         if (auto wrong = wrong_address(address); !wrong.empty()) problem("argument 'address': " + wrong);
     }
     Argument<std::string> address{
@@ -23,14 +23,13 @@ class Robot final : public middleware::RemoteRobot {
 
   private:
     std::unique_ptr<middleware::RobotLink> make_link() const override {
-        return udp::make_link(address, key_);
+        return udp::make_link(address, path_of(*key));
     }
-    const std::string key_;
 };
 
 class StreamsBlock final : public Block {
   public:
-    explicit StreamsBlock(const Arguments& arguments) : Block(arguments), key_(path_of(*key)) {
+    explicit StreamsBlock(const Arguments& arguments) : Block(arguments) {
         for (const auto& wanted : *peers)
             if (auto wrong = wrong_address(wanted); !wrong.empty()) problem("argument 'peers': " + wrong);
         if (auto wrong = wrong_address(address, true); !wrong.empty())
@@ -49,7 +48,8 @@ class StreamsBlock final : public Block {
                                .doc = "file with the key that all of them have; made where it is not there",
                                .is_secret = true}};
     Provides<toolbox::StreamNetwork> network{this, [this]() -> std::shared_ptr<const toolbox::StreamNetwork> {
-                                                 return std::make_shared<Streams>(address, peers, key_);
+                                                 return std::make_shared<Streams>(address, peers,
+                                                                                  path_of(*key));
                                              }};
     Output<double> received{this, "received", {.doc = "messages so far that came, late ones among them"}};
     Output<double> lost{this, "lost", {.doc = "messages so far that did not come"}};
@@ -74,7 +74,6 @@ class StreamsBlock final : public Block {
 
   private:
     StreamsConnection& connection(Now at) const { return static_cast<StreamsConnection&>(at[network]); }
-    const std::string key_;
 };
 
 } // namespace

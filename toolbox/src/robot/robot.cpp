@@ -51,7 +51,7 @@ Unit unit_of(Measurement what) {
 
 class Configuration final : public Block {
   public:
-    explicit Configuration(const Arguments& arguments) : Block(arguments), folder_(path_of(".")) {
+    explicit Configuration(const Arguments& arguments) : Block(arguments) {
         if (world_robot->empty()) return;
         for (const auto& given : arguments)
             if (given.first != "world_robot")
@@ -115,14 +115,14 @@ class Configuration final : public Block {
             if (!std::isfinite(g))
                 throw std::runtime_error("argument 'gravity' has " + Value(g).describe() +
                                          "; give finite numbers, m/s2");
-        const std::vector<std::filesystem::path> directories{folder_, std::filesystem::path(BF_ROBOT_MODELS),
+        const std::vector<std::filesystem::path> directories{path_of("."),
+                                                             std::filesystem::path(BF_ROBOT_MODELS),
                                                              std::filesystem::path(BF_ROBOT_MODELS) / "iCub"};
         const auto urdf = dynamics::find_urdf(*robot, directories);
         const Eigen::Vector3d g((*gravity)[0], (*gravity)[1], (*gravity)[2]);
         return std::make_shared<const RobotConfiguration>(RobotConfiguration{
             dynamics::Model::load(urdf, *joints, g, *base_link, floating_base), urdf, directories});
     }
-    std::filesystem::path folder_;
 };
 
 class GetMeasurement final : public DeviceBlock {

@@ -14,8 +14,7 @@ constexpr int max_preview = 16;
 
 class FootstepPlanner final : public Block {
   public:
-    explicit FootstepPlanner(const Arguments& arguments)
-        : Block(arguments), terrain_(terrain->empty() ? "" : path_of(*terrain)) {}
+    using Block::Block;
     Argument<std::string> follow{
         this,
         "follow",
@@ -165,8 +164,8 @@ class FootstepPlanner final : public Block {
     void infer(Inference& inference) const override {
         try {
             Matrix boxes = *ground;
-            if (!terrain_.empty()) {
-                const Matrix more = read_boxes(terrain_);
+            if (!terrain->empty()) {
+                const Matrix more = read_boxes(path_of(*terrain));
                 boxes.conservativeResize(boxes.rows() + more.rows(), 6);
                 boxes.bottomRows(more.rows()) = more;
             }
@@ -387,7 +386,6 @@ class FootstepPlanner final : public Block {
         return ok;
     }
 
-    const std::string terrain_;
     mutable walking::Ground ground_;
 };
 

@@ -31,8 +31,7 @@ class WorldRobotDevice final : public SimulatedAs<RobotDevice> {
 
 class World final : public Block {
   public:
-    explicit World(const Arguments& arguments)
-        : Block(arguments), file_(file->empty() ? "" : path_of(*file)), folder_(path_of(".")) {}
+    using Block::Block;
     Argument<std::string> file{this, "file", {.doc = "XML file that lists the world's robots and objects"}};
     Provides<SharedWorld> world{this, [this] { return read(); }};
     Dim nq{this, "nq", [this]() -> Dim::Names {
@@ -72,20 +71,19 @@ class World final : public Block {
 
   private:
     std::shared_ptr<const SharedWorld> read() const {
-        if (file_.empty())
+        if (file->empty())
             throw std::runtime_error("argument 'file' is empty; give an XML file that describes the world");
         auto made = std::make_shared<SharedWorld>();
-        made->file = file_;
-        made->search_directories = {folder_, std::filesystem::path(BF_ROBOT_MODELS),
+        made->file = path_of(*file);
+        made->search_directories = {path_of("."), std::filesystem::path(BF_ROBOT_MODELS),
                                     std::filesystem::path(BF_ROBOT_MODELS) / "iCub"};
-        auto options = physics::SceneOptions::read(file_, made->search_directories);
+        auto options = physics::SceneOptions::read(made->file, made->search_directories);
         for (const auto& robot : options.robots) made->sensors.push_back(robot.options.ft_sensors);
         made->scene = std::make_shared<const physics::Scene>(std::move(options));
         for (const auto& warning : made->scene->warnings()) bfWarning << warning;
         for (const auto& warning : made->scene->loop_warnings()) bfWarning << warning;
         return made;
     }
-    const std::string file_, folder_;
 };
 
 class WorldRobot final : public Block {

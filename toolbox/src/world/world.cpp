@@ -19,8 +19,7 @@ namespace {
 
 class MujocoWorld final : public RobotBlock, public Differenced {
   public:
-    explicit MujocoWorld(const Arguments& arguments)
-        : RobotBlock(arguments), terrain_(terrain->empty() ? "" : path_of(*terrain)) {}
+    using RobotBlock::RobotBlock;
     Argument<std::vector<std::string>> feet{
         this, "feet", {.doc = "links that touch the ground, such as soles"}};
     Argument<std::string> contacts{
@@ -305,8 +304,6 @@ class MujocoWorld final : public RobotBlock, public Differenced {
                                              *ft_sensors);
     }
 
-    const std::string terrain_;
-
     std::shared_ptr<const physics::World> compile() const {
         const bool has_urdf_shapes = *contacts == "urdf";
         const Eigen::Index columns = contact_points->cols();
@@ -371,7 +368,7 @@ class MujocoWorld final : public RobotBlock, public Differenced {
         options.motors = {*gear_ratio,     *torque_constant, *k_tau,          *k_bemf,
                           *position_gains, *torque_gains,    *impedance_gains};
         options.initial_joints = *initial_joints;
-        if (!terrain_.empty()) options.terrain = read_terrain(terrain_);
+        if (!terrain->empty()) options.terrain = read_terrain(path_of(*terrain));
         auto world = std::make_shared<const physics::World>(std::move(options));
         for (const auto& warning : world->warnings()) bfWarning << warning;
         return world;

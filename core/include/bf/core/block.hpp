@@ -53,7 +53,8 @@ class Inference {
 /// are const and noexcept, allocate nothing and lock nothing.
 class Block {
   public:
-    explicit Block(const Arguments& arguments = no_arguments()) : arguments_(&arguments) {}
+    explicit Block(const Arguments& arguments = no_arguments())
+        : arguments_(&arguments), folder_(arguments.folder) {}
     Block(const Block&) = delete;
     Block& operator=(const Block&) = delete;
     virtual ~Block() = default;
@@ -99,8 +100,7 @@ class Block {
     /// Refuses the arguments; text = what is wrong, which value, the remedy.
     void problem(std::string text) { declaration_.problems.push_back(std::move(text)); }
 
-    /// A file name given as argument, relative to the model's folder unless absolute. Valid while the block
-    /// is being made.
+    /// A file name given as argument, relative to the model's folder unless absolute.
     std::string path_of(const std::string& file) const;
 
     /// The resolved size and type of a key; only for rules of Dim, Scratch and OutsideState.
@@ -114,6 +114,7 @@ class Block {
     friend Declaration& detail::declared_by(Block& owner);
     static const Arguments& no_arguments();
     const Arguments* arguments_; // valid while the block is being made
+    const std::string folder_;   // of the model
     Declaration declaration_;
     mutable std::unique_ptr<Resolution>
         resolution_; // begun when the first asks, as the declaration is complete then

@@ -64,13 +64,28 @@ struct Once : os::PeriodicThread {
     static void run_of(os::PeriodicThread& thread) { (thread.*&Once::run)(); }
 };
 
+/// A device for those who ask for a PolyDriver, which stays with its owner. One that was given away without
+/// its owning it never counts down to 0 and keeps its memory (YARP 3.5).
+class Lent {
+  public:
+    explicit Lent(dev::DeviceDriver& device) { driver_.give(&device, true); }
+    ~Lent() { driver_.take(); }
+    Lent(const Lent&) = delete;
+    Lent& operator=(const Lent&) = delete;
+    dev::PolyDriver* driver() { return &driver_; }
+
+  private:
+    dev::PolyDriver driver_;
+};
+
 /// A device of YARP that shows another one at ports, every so often in a thread of its own.
 class Shown {
   public:
-    Shown(const char* device, const std::string& name, dev::DeviceDriver& what, os::Property wanted) {
+    Shown(const char* device, const std::string& name, dev::DeviceDriver& what, os::Property wanted)
+        : what_(what) {
         wanted.put("device", device);
         wanted.put("name", name);
-        if (!what_.give(&what, false) || !shows_.open(wanted) || !attach())
+        if (!shows_.open(wanted) || !attach())
             throw std::runtime_error("the ports of " + name +
                                      " do not open; look whether another program has them");
         shows_.view(thread_);
@@ -94,12 +109,13 @@ class Shown {
         dev::IMultipleWrapper* several = nullptr;
         if (shows_.view(several)) {
             dev::PolyDriverList list;
-            list.push(&what_, "robot");
+            list.push(what_.driver(), "robot");
             return several->attachAll(list);
         }
-        return shows_.view(one) && one->attach(&what_);
+        return shows_.view(one) && one->attach(what_.driver());
     }
-    dev::PolyDriver what_, shows_;
+    Lent what_;
+    dev::PolyDriver shows_;
     os::PeriodicThread* thread_ = nullptr;
 };
 

@@ -31,26 +31,30 @@ struct Variable {
     Node::End end;
     int element = 0;
     double lower = -std::numeric_limits<double>::infinity(), upper = std::numeric_limits<double>::infinity();
+    double scale = 1; ///< in which the map below turns to its bound on one side
 
     bool has_lower() const { return std::isfinite(lower); }
     bool has_upper() const { return std::isfinite(upper); }
-    /// The value of a number without bounds, and back, and the slope of that.
+    /// Gives it bounds where the run stands at x.
+    void keep_between(double least, double most, double x) {
+        lower = least, upper = most;
+        if (has_lower() != has_upper()) scale = std::max(std::abs(x - (has_lower() ? lower : upper)), 1e-6);
+    }
+    /// The value of a number without bounds, and back, and the slope of that. What stands on a bound or
+    /// beyond begins inside, where the slope is not small: a first step would lead anywhere.
     double outward(double z) const {
         if (has_lower() && has_upper()) return lower + (upper - lower) / 2 * (std::sin(z) + 1);
-        if (has_lower()) return lower - 1 + std::sqrt(z * z + 1);
-        return has_upper() ? upper + 1 - std::sqrt(z * z + 1) : z;
+        const double room = std::hypot(z, scale) - scale;
+        return has_lower() ? lower + room : has_upper() ? upper - room : z;
     }
     double inward(double x) const {
         if (has_lower() && has_upper())
             return std::asin(std::clamp(2 * (x - lower) / (upper - lower) - 1, -0.999, 0.999));
-        const double room = has_lower() ? x - lower : upper - x;
-        return has_lower() || has_upper()
-                   ? std::sqrt(std::max(std::pow(std::max(room, 0.0) + 1, 2) - 1, 1e-4))
-                   : x;
+        return has_lower() || has_upper() ? std::sqrt(3) * scale : x; // as far inside as it may be outside
     }
     double slope(double z) const {
         if (has_lower() && has_upper()) return (upper - lower) / 2 * std::cos(z);
-        const double root = z / std::sqrt(z * z + 1);
+        const double root = z / std::hypot(z, scale);
         return has_lower() ? root : has_upper() ? -root : 1;
     }
 };
@@ -213,7 +217,7 @@ class Trim {
             if (!(lower < upper)) throw RunError("the bounds of '" + name + "' leave nothing between them");
             for (const auto& v : named(unknowns_, name, "free input or state"))
                 for (auto& u : unknowns_)
-                    if (is_same(u, v)) u.lower = lower, u.upper = upper;
+                    if (is_same(u, v)) u.keep_between(lower, upper, value(u));
         }
         for (const auto& [name, x] : options.target)
             for (const auto& v : named(signals, name, "signal")) {

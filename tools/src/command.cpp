@@ -37,13 +37,13 @@ std::string usage_error(const CLI::App* app, const CLI::Error& error) {
     for (const auto* option : asked->get_options())
         for (const auto& name : option->get_lnames()) options.push_back("--" + name);
     for (const auto& word : asked->remaining())
-        if (word.starts_with("--")) hint += bf::did_you_mean(word, options);
+        if (word.starts_with("--")) hint += did_you_mean(word, options);
     if (asked != app) return "bf: " + text + hint + "\nSee bf " + asked->get_name() + " --help\n";
     for (const auto& verb : verbs_of(*app)) verbs += (verbs.empty() ? "" : ", ") + verb;
     for (const auto& word : app->remaining())
         if (!word.starts_with("-")) {
             text = "there is no verb '" + word + "'";
-            hint = bf::did_you_mean(word, verbs_of(*app));
+            hint = did_you_mean(word, verbs_of(*app));
             break;
         }
     return "bf: " + text + hint + "\nThe verbs are " + verbs + "; bf --help tells more\n";
@@ -85,7 +85,7 @@ std::string text_of_file_error(const std::filesystem::filesystem_error& error) {
     static_cast<void>(std::filesystem::current_path(gone));
     if (gone && !error.path1().is_absolute())
         return "the current folder is not there any more; change to another one";
-    return "cannot use " + error.path1().string() + ": " + bf::write_error(error.code().value());
+    return "cannot use " + error.path1().string() + ": " + write_error(error.code().value());
 }
 
 int exit_code(CLI::App& app, int argc, char** argv) {
@@ -93,22 +93,22 @@ int exit_code(CLI::App& app, int argc, char** argv) {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
         return app.exit(error) == 0 ? 0 : 2;
-    } catch (const bf::model::Errors& errors) {
+    } catch (const model::Errors& errors) {
         const auto count = errors.diagnostics().size();
-        std::fprintf(stderr, "%s\n", bf::escape::terminal(errors.what()).c_str());
+        std::fprintf(stderr, "%s\n", escape::terminal(errors.what()).c_str());
         if (count > 1) std::fprintf(stderr, "%zu errors\n", count);
         return 1;
     } catch (const Interrupted& interrupted) {
-        std::fprintf(stderr, "bf: %s\n", bf::escape::terminal(interrupted.what()).c_str());
+        std::fprintf(stderr, "bf: %s\n", escape::terminal(interrupted.what()).c_str());
         return 128 + interrupted.signal;
     } catch (const std::filesystem::filesystem_error& error) {
-        std::fprintf(stderr, "bf: %s\n", bf::escape::terminal(text_of_file_error(error)).c_str());
+        std::fprintf(stderr, "bf: %s\n", escape::terminal(text_of_file_error(error)).c_str());
         return 1;
     } catch (const std::bad_alloc&) {
         std::fprintf(stderr, "bf: there is not enough memory; free some, or raise its limit\n");
         return 1;
     } catch (const std::exception& error) {
-        std::fprintf(stderr, "bf: %s\n", bf::escape::terminal(error.what()).c_str());
+        std::fprintf(stderr, "bf: %s\n", escape::terminal(error.what()).c_str());
         return 1;
     }
     return 0;
@@ -117,7 +117,7 @@ int exit_code(CLI::App& app, int argc, char** argv) {
 } // namespace
 
 int command(int argc, char** argv) {
-    bf::occupy_standard_streams();
+    occupy_standard_streams();
     std::signal(SIGXFSZ, SIG_IGN); // writing past a limit on the size of files fails with a message instead
     CLI::App app{"BlockFactory: design, simulate and run robot controllers as block diagrams", "bf"};
     app.require_subcommand(1);
@@ -139,7 +139,7 @@ int command(int argc, char** argv) {
     for (auto* verb : app.get_subcommands({}))
         if (verb->get_name() != "plot" && verb->get_name() != "export") add_plugin_path(*verb);
     if (const std::string option = empty_option_of(argc, argv); !option.empty()) {
-        std::fprintf(stderr, "bf: %s: %s\n", bf::escape::terminal(option).c_str(), bf::empty_option);
+        std::fprintf(stderr, "bf: %s: %s\n", escape::terminal(option).c_str(), empty_option);
         return 2;
     }
     const int code = exit_code(app, argc, argv);

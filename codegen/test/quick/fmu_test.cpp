@@ -244,8 +244,9 @@ FmuCode sized_fmu(const std::string& text) {
     for (const int n : {2, 1, 3, 5}) {
         all.emplace_back(formats::read_yaml_text(
             "model: m\nstep: 0.1\nvariables: {n: " + std::to_string(n) + "}\n" + text, "m.yaml"));
-        models.push_back(
-            {.options = {.suffix = "_" + std::to_string(n)}, .structure = {static_cast<std::uint64_t>(n)}});
+        models.push_back({.diagram = nullptr,
+                          .options = {.suffix = "_" + std::to_string(n)},
+                          .structure = {static_cast<std::uint64_t>(n)}});
     }
     for (std::size_t m = 0; m < all.size(); ++m) models[m].diagram = &all[m].diagram;
     return generate_fmu(models, {.structural = {"n"}});

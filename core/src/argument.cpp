@@ -95,6 +95,9 @@ template <> Value to_value(const std::vector<int>& x) {
 
 } // namespace
 
+Block::Block(const Arguments& arguments) : arguments_(&arguments), folder_(arguments.folder) {}
+Block::~Block() = default;
+
 const Arguments& Block::no_arguments() {
     static const Arguments none;
     return none;

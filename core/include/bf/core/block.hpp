@@ -53,11 +53,10 @@ class Inference {
 /// are const and noexcept, allocate nothing and lock nothing.
 class Block {
   public:
-    explicit Block(const Arguments& arguments = no_arguments())
-        : arguments_(&arguments), folder_(arguments.folder) {}
+    explicit Block(const Arguments& arguments = no_arguments());
     Block(const Block&) = delete;
     Block& operator=(const Block&) = delete;
-    virtual ~Block() = default;
+    virtual ~Block();
 
     /// Decides sizes and types that symbols alone cannot: called until nothing new is learned.
     virtual void infer(Inference&) const {}

@@ -167,22 +167,33 @@ template <class T> struct OperandTraits<DerivativeOf<T>> {
     }
 };
 
-/// The view of operand i (or of the list of `length` operands that begins there) with element type E. All
-/// operands are scalars where `scalars` is not 0; it then is what a list has if the compiler knows it, or -1.
-template <class K, bool is_written, class T0, class T1, int scalars>
-auto operand(const Operand* o, int i, int length) {
-    using Element = typename Chosen<typename OperandTraits<K>::Quantity, T0, T1>::type;
-    using E = std::conditional_t<is_written, Element, const Element>;
+/// How an operand reaches the kernel, whichever key it has: elements E, const where they are only read, of a
+/// list of ports, or constants. Rules whose operands reach it alike share its code.
+template <class E, bool is_list_, bool is_constant> struct Passed {
+    static constexpr bool is_list = is_list_;
     static_assert(sizeof(Operand) == sizeof(kernels::View<E>));
-    if constexpr (OperandTraits<K>::is_list && scalars != 0)
-        return kernels::ScalarListView<E, scalars>{reinterpret_cast<const kernels::View<E>*>(o + i), length};
-    else if constexpr (scalars != 0 && !std::is_same_v<K, Constants>)
-        return kernels::FixedView<E, 1>(static_cast<E*>(o[i].data));
-    else if constexpr (OperandTraits<K>::is_list)
-        return kernels::ListView<E>(reinterpret_cast<const kernels::View<E>*>(o + i), length);
-    else
-        return kernels::View<E>(static_cast<E*>(o[i].data), o[i].rows, o[i].cols);
-}
+
+    /// The view of operand i, or of the list of `length` operands that begins there. All operands but
+    /// constants are scalars where `scalars` is not 0; it then is what a list has if the compiler knows it,
+    /// or -1.
+    template <int scalars> static auto view(const Operand* o, int i, int length) {
+        if constexpr (is_list && scalars != 0)
+            return kernels::ScalarListView<E, scalars>{reinterpret_cast<const kernels::View<E>*>(o + i),
+                                                       length};
+        else if constexpr (scalars != 0 && !is_constant)
+            return kernels::FixedView<E, 1>(static_cast<E*>(o[i].data));
+        else if constexpr (is_list)
+            return kernels::ListView<E>(reinterpret_cast<const kernels::View<E>*>(o + i), length);
+        else
+            return kernels::View<E>(static_cast<E*>(o[i].data), o[i].rows, o[i].cols);
+    }
+};
+template <class K, class T0, class T1>
+using ElementOfOperand = typename Chosen<typename OperandTraits<K>::Quantity, T0, T1>::type;
+template <class K, bool is_written, class T0, class T1>
+using PassedAs =
+    Passed<std::conditional_t<is_written, ElementOfOperand<K, T0, T1>, const ElementOfOperand<K, T0, T1>>,
+           OperandTraits<K>::is_list, std::is_same_v<K, Constants>>;
 
 template <class Kernel, class... Views> Status apply(const Views&... views) {
     if constexpr (std::is_same_v<decltype(Kernel{}(views...)), bool>) {
@@ -197,28 +208,27 @@ template <class Kernel, class... Views> Status apply(const Views&... views) {
     }
 }
 
-template <class Kernel, class T0, class T1, int scalars, class Written, class Operands> struct Instance;
-template <class Kernel, class T0, class T1, int scalars, bool... written, class... Keys>
-struct Instance<Kernel, T0, T1, scalars, std::integer_sequence<bool, written...>, std::tuple<Keys...>> {
+template <class Kernel, int scalars, class... Operands> struct Instance {
     static Status run(const void* operands, int count) {
-        constexpr std::array<bool, sizeof...(Keys)> is_list{OperandTraits<Keys>::is_list...};
+        constexpr std::array<bool, sizeof...(Operands)> is_list{Operands::is_list...};
         constexpr auto list =
             static_cast<std::size_t>(std::find(is_list.begin(), is_list.end(), true) - is_list.begin());
         const auto* o = static_cast<const Operand*>(operands);
         return [&]<std::size_t... i>(std::index_sequence<i...>) {
-            const int length = count - static_cast<int>(sizeof...(Keys)) + 1; // of the list, if there is one
-            return apply<Kernel>(operand<Keys, written, T0, T1, scalars>(
+            const int length =
+                count - static_cast<int>(sizeof...(Operands)) + 1; // of the list, if there is one
+            return apply<Kernel>(Operands::template view<scalars>(
                 o, static_cast<int>(i) + (i > list ? length - 1 : 0), length)...);
         }
-        (std::index_sequence_for<Keys...>{});
+        (std::index_sequence_for<Operands...>{});
     }
+    static constexpr bool can_fail =
+        std::is_same_v<decltype(Kernel{}(Operands::template view<scalars>(nullptr, 0, 0)...)), bool>;
 };
-
-template <class Kernel, bool... written, class... Keys>
-constexpr bool can_fail(std::integer_sequence<bool, written...>, std::type_identity<std::tuple<Keys...>>) {
-    return std::is_same_v<decltype(Kernel{}(operand<Keys, written, double, double, 0>(nullptr, 0, 0)...)),
-                          bool>;
-}
+template <class Kernel, class T0, class T1, int scalars, class Written, class... Keys> struct InstanceOf;
+template <class Kernel, class T0, class T1, int scalars, bool... written, class... Keys>
+struct InstanceOf<Kernel, T0, T1, scalars, std::integer_sequence<bool, written...>, Keys...>
+    : Instance<Kernel, scalars, PassedAs<Keys, written, T0, T1>...> {};
 
 template <class Kernel, class T> constexpr bool accepted() {
     if constexpr (requires { Kernel::template accepts<T>; })
@@ -244,7 +254,7 @@ constexpr Call::Run instance() {
     using T0 = std::conditional_t<has_symbol<0, Keys...>, std::tuple_element_t<first, ElementTypes>, double>;
     using Symbol = std::conditional_t<has_symbol<0, Keys...>, T0, T1>;
     if constexpr (symbols == 0 || accepted<Kernel, Symbol>())
-        return Instance<Kernel, T0, T1, 0, Written, std::tuple<Keys...>>::run;
+        return InstanceOf<Kernel, T0, T1, 0, Written, Keys...>::run;
     else
         return nullptr;
 }
@@ -288,17 +298,16 @@ template <class Kernel, class... Keys> Call make_call(Kernel, const Keys&... key
         using Written = std::integer_sequence<bool, (first[n] || is_workspace<Keys>)...>;
         c.is_arithmetic = requires { Kernel::is_arithmetic; };
         c.is_move = requires { Kernel::is_move; };
-        c.can_fail = can_fail<Kernel>(Written{}, std::type_identity<std::tuple<Keys...>>{});
-        using Operands = std::tuple<Keys...>;
+        c.can_fail = InstanceOf<Kernel, double, double, 0, Written, Keys...>::can_fail;
         c.run = Instances<symbols, Kernel, Written, Keys...>::run;
         if constexpr (requires { Kernel::is_elementwise; }) {
             c.run_widest =
-                kernels::Widest<Instance<Kernel, double, double, 0, Written, Operands>::run>::get();
+                kernels::Widest<InstanceOf<Kernel, double, double, 0, Written, Keys...>::run>::get();
             if constexpr (symbols <= 1) {
-                c.run_scalars = Instance<Kernel, double, double, -1, Written, Operands>::run;
+                c.run_scalars = InstanceOf<Kernel, double, double, -1, Written, Keys...>::run;
                 if constexpr ((OperandTraits<Keys>::is_list || ...)) // most have two
                     if (c.list_size == 2)
-                        c.run_scalars = Instance<Kernel, double, double, 2, Written, Operands>::run;
+                        c.run_scalars = InstanceOf<Kernel, double, double, 2, Written, Keys...>::run;
             }
         }
     }

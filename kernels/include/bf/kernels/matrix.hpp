@@ -157,7 +157,7 @@ struct MatrixProduct {
     template <class Y, class A, class B>
     constexpr void operator()(const Y& y, const A& a, const B& b) const noexcept {
         if constexpr (is_real<Element<Y>>)
-            run_widest(*this, y, a, b);
+            run_widest(*this, y, read_only(a), read_only(b));
         else
             for (int j = 0; j < b.cols; ++j)
                 detail::product_column(y.data + j * a.rows, a.data, b.data + j * a.cols, a.rows, a.cols);

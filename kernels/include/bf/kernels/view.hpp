@@ -51,6 +51,13 @@ template <class T, int R, int C = 1> struct FixedView {
 template <class V> inline constexpr bool is_fixed = false;
 template <class T, int R, int C> inline constexpr bool is_fixed<FixedView<T, R, C>> = true;
 
+/// A view by which nothing is written: what only reads is compiled for it alone.
+template <class T> constexpr View<const T> read_only(const View<T>& v) noexcept { return v; }
+template <class T, int R, int C>
+constexpr FixedView<const T, R, C> read_only(const FixedView<T, R, C>& v) noexcept {
+    return FixedView<const T, R, C>{v.data};
+}
+
 /// A variable number of operands: points at an array of views which the caller keeps.
 template <class T> struct ListView {
     using value_type = std::remove_const_t<T>;

@@ -8,6 +8,7 @@
 #include "terminal.hpp"
 #include "verbs.hpp"
 
+#include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
@@ -16,6 +17,7 @@
 #include <exception>
 #include <filesystem>
 #include <string>
+#include <sys/resource.h>
 #include <vector>
 
 namespace bf::tools {
@@ -88,6 +90,16 @@ std::string text_of_file_error(const std::filesystem::filesystem_error& error) {
     return "cannot use " + error.path1().string() + ": " + write_error(error.code().value());
 }
 
+/// Libraries of middlewares that can open no socket more abort or wait for ever, so a limit that is lower
+/// than what they need is raised. False: it cannot be.
+bool may_open_files() {
+    constexpr rlim_t needed = 256;
+    rlimit files{};
+    if (::getrlimit(RLIMIT_NOFILE, &files) != 0 || files.rlim_cur >= needed) return true;
+    files.rlim_cur = std::min(files.rlim_max, needed);
+    return ::setrlimit(RLIMIT_NOFILE, &files) == 0 && files.rlim_cur == needed;
+}
+
 int exit_code(CLI::App& app, int argc, char** argv) {
     try {
         app.parse(argc, argv);
@@ -119,6 +131,11 @@ int exit_code(CLI::App& app, int argc, char** argv) {
 int command(int argc, char** argv) {
     occupy_standard_streams();
     std::signal(SIGXFSZ, SIG_IGN); // writing past a limit on the size of files fails with a message instead
+    if (!may_open_files()) {
+        std::fprintf(stderr,
+                     "bf: this program may open too few files; raise that limit, as by ulimit -n 1024\n");
+        return 1;
+    }
     CLI::App app{"BlockFactory: design, simulate and run robot controllers as block diagrams", "bf"};
     app.require_subcommand(1);
     app.set_version_flag("--version", "bf " BF_VERSION, "print the version");

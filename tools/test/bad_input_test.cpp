@@ -352,6 +352,13 @@ TEST_F(BadInput, FullDisk) {
     EXPECT_EQ(files(), "full.csv full.json full.mat full.mcap m.yaml r.mcap s.json");
 }
 
+TEST_F(BadInput, FewFilesThatMayBeOpen) {
+    const auto few = shell("ulimit -n 100; '" BF_PROGRAM "' --version");
+    EXPECT_EQ(few.code, 1);
+    EXPECT_EQ(few.err, "bf: this program may open too few files; raise that limit, as by ulimit -n 1024\n");
+    EXPECT_EQ(shell("ulimit -Sn 20; '" BF_PROGRAM "' --version").code, 0) << "it is raised";
+}
+
 TEST_F(BadInput, PipesAndDevicesAreNotReadForEver) {
     write("m.yaml", sine_model);
     ASSERT_EQ(bf("run m.yaml --quiet --record r.mcap").code, 0);

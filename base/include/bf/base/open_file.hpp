@@ -17,6 +17,8 @@ inline std::string file_error(int error) {
     switch (error) {
     case ELOOP: return "its symbolic links lead in a ring; remove one of them";
     case ENXIO: return "no program reads this pipe; start one that does, or give a file";
+    case EMFILE:
+        return "this program has as many files open as it may; raise that limit, as by ulimit -n 1024";
     default: return std::strerror(error);
     }
 }
@@ -26,6 +28,7 @@ inline std::string write_error(int error) {
     const auto with = [&](const char* remedy) { return file_error(error) + "; " + remedy; };
     switch (error) {
     case ELOOP:
+    case EMFILE:
     case ENXIO: return file_error(error);
     case ENOSPC:
     case EDQUOT: return with("free space, or write to another disk");

@@ -43,6 +43,18 @@ bool is_set(const char* variable) {
     return value != nullptr && *value != '\0';
 }
 
+/// Gives a middleware our profile, which keeps it to this computer, unless the user has given another one.
+/// True: it has ours, and no range may be asked of it, as for LOCALHOST rmw_fastrtps adds shared memory to
+/// any profile.
+bool give_loopback_profile(std::string_view middleware) {
+    constexpr const char* variable = "FASTDDS_DEFAULT_PROFILES_FILE";
+    const auto ours = loopback_profile();
+    if (!ours.empty()) setenv(variable, ours.c_str(), 0);
+    const char* profile = std::getenv(variable);
+    return middleware.starts_with("rmw_fastrtps") && !ours.empty() && profile == ours &&
+           !is_set("ROS_STATIC_PEERS"); // which belong to a range
+}
+
 /// Where nothing can be done about it.
 void ignore(rcl_ret_t code) noexcept {
     if (code != RCL_RET_OK) rcl_reset_error();
@@ -76,10 +88,11 @@ Context::Context(const NodeOptions& options) {
     check(rcl_init_options_init(&init, rcl_get_default_allocator()), "ROS 2 does not begin");
     // Others than programs of this computer are found only where the user says so.
     if (!is_set("ROS_AUTOMATIC_DISCOVERY_RANGE") && !is_set("ROS_LOCALHOST_ONLY")) {
-        rcl_init_options_get_rmw_init_options(&init)->discovery_options.automatic_discovery_range =
-            RMW_AUTOMATIC_DISCOVERY_RANGE_LOCALHOST;
-        if (const auto profile = loopback_profile(); !profile.empty())
-            setenv("FASTDDS_DEFAULT_PROFILES_FILE", profile.c_str(), 0);
+        auto& middleware = *rcl_init_options_get_rmw_init_options(&init);
+        middleware.discovery_options.automatic_discovery_range =
+            give_loopback_profile(middleware.implementation_identifier)
+                ? RMW_AUTOMATIC_DISCOVERY_RANGE_SYSTEM_DEFAULT
+                : RMW_AUTOMATIC_DISCOVERY_RANGE_LOCALHOST;
     }
     std::vector<const char*> arguments{"blockfactory", "--ros-args"};
     for (const auto& argument : options.arguments) arguments.push_back(argument.c_str());
@@ -274,11 +287,13 @@ void Node::open() {
 void Node::close() noexcept {
     if (!context_) return;
     outbox_.close(); // while answers to what it sends are waited for
+    wait_until_heard(middleware::now() + 1);
     goes_on_ = false;
     ignore(rcl_trigger_guard_condition(&changed_));
     if (waiting_.joinable()) waiting_.join();
     clock_.reset();
     awaited_.clear();
+    sent_to_.clear();
     ignore(rcl_guard_condition_fini(&changed_));
     changed_ = rcl_get_zero_initialized_guard_condition();
     context_.reset();
@@ -302,8 +317,16 @@ std::shared_ptr<Subscription> Node::subscribe(const MessageMemory& type, const s
 }
 
 std::shared_ptr<Publisher> Node::advertise(const MessageMemory& type, const std::string& topic,
-                                           const Quality& quality) const {
-    return std::make_shared<Publisher>(context_, type, topic, quality);
+                                           const Quality& quality) {
+    auto publisher = std::make_shared<Publisher>(context_, type, topic, quality);
+    const std::lock_guard lock(mutex_);
+    sent_to_.push_back(publisher);
+    return publisher;
+}
+
+void Node::wait_until_heard(double end) const noexcept {
+    const std::lock_guard lock(mutex_);
+    for (const auto& each : sent_to_) each->wait_until_heard(end - middleware::now());
 }
 
 std::shared_ptr<Service> Node::serve(const rosidl_service_type_support_t* support, const std::string& name,

@@ -160,14 +160,18 @@ class Node {
 
     /// Joins the network; nothing where that is done. Throws std::runtime_error.
     void open();
+    /// Leaves it, once what was published last is heard, or after a second.
     void close() noexcept;
     std::shared_ptr<Context> context() const { return context_; }
 
     std::shared_ptr<Subscription> subscribe(const MessageMemory& type, const std::string& topic,
                                             const Quality& quality, std::function<void(const void*)> taken,
                                             std::function<void(std::uint64_t)> sent = nullptr);
+    /// It stays until the node is closed: where messages are lost, the last one is sent again.
     std::shared_ptr<Publisher> advertise(const MessageMemory& type, const std::string& topic,
-                                         const Quality& quality) const;
+                                         const Quality& quality);
+    /// Waits until all that was published is heard, at most until `end` by middleware::now().
+    void wait_until_heard(double end) const noexcept;
     std::shared_ptr<Service> serve(const rosidl_service_type_support_t* support, const std::string& name,
                                    std::shared_ptr<void> request, std::shared_ptr<void> response,
                                    std::function<void(const void*, void*)> answer);
@@ -187,8 +191,9 @@ class Node {
     std::shared_ptr<Context> context_;
     rcl_guard_condition_t changed_ = rcl_get_zero_initialized_guard_condition();
     std::shared_ptr<Subscription> clock_;
-    std::mutex mutex_; ///< of the list
+    mutable std::mutex mutex_; ///< of the lists
     std::vector<std::weak_ptr<Awaited>> awaited_;
+    std::vector<std::shared_ptr<Publisher>> sent_to_;
     std::atomic<std::uint64_t> changes_{1}; ///< of it
     std::atomic<bool> goes_on_{false};
     middleware::Outbox outbox_;

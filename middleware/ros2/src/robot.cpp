@@ -72,9 +72,8 @@ class Topics final : public middleware::RobotTopics {
                                      [this](bool, const std::string&) { is_released_ = true; });
     }
     void close() noexcept override {
-        wait_until_heard(now() + longest_farewell);
         node_.close();
-        sent_to_.clear();
+        commands_.clear();
         step_ = release_ = {};
     }
     std::string refusal() const override {
@@ -84,7 +83,7 @@ class Topics final : public middleware::RobotTopics {
     double longest_search() const noexcept override { return 3; }
     std::string other_driver() override {
         std::string other;
-        for (const auto& each : sent_to_)
+        for (const auto& each : commands_)
             if (other.empty()) other = each->another();
         return other;
     }
@@ -169,7 +168,7 @@ class Topics final : public middleware::RobotTopics {
     bool let_go() noexcept override {
         if (!takes_joints_back()) return false;
         const double end = now() + longest_farewell;
-        wait_until_heard(end);
+        node_.wait_until_heard(end);
         is_released_ = false;
         if (!release_.send()) return false;
         while (!is_released_ && now() < end) std::this_thread::sleep_for(std::chrono::milliseconds(1));
@@ -184,11 +183,8 @@ class Topics final : public middleware::RobotTopics {
         });
     }
     std::shared_ptr<Publisher> advertise(const MessageMemory& type, const std::string& topic) {
-        sent_to_.push_back(node_.advertise(type, topic, {1, true}));
-        return sent_to_.back();
-    }
-    void wait_until_heard(double end) const noexcept {
-        for (const auto& each : sent_to_) each->wait_until_heard(end - now());
+        commands_.push_back(node_.advertise(type, topic, {1, true}));
+        return commands_.back();
     }
     void tell(const std::string& why) {
         const std::lock_guard lock(mutex_);
@@ -197,8 +193,7 @@ class Topics final : public middleware::RobotTopics {
 
     Node node_;
     const Quality newest_;
-    /// They stay until the node ends: where messages are lost, the last command is sent again.
-    std::vector<std::shared_ptr<Publisher>> sent_to_;
+    std::vector<std::shared_ptr<Publisher>> commands_;
     messages::Call step_, release_;
     std::atomic<bool> is_released_{false};
     mutable std::mutex mutex_;

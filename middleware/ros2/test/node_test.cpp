@@ -3,8 +3,12 @@
 #include "node.hpp"
 #include "peer.hpp"
 
+#include <algorithm>
 #include <atomic>
+#include <filesystem>
+#include <fstream>
 #include <future>
+#include <sstream>
 #include <vector>
 
 namespace {
@@ -50,6 +54,30 @@ BF_WATCHED(client, rosidl_service_type_support_t)
 namespace bf::ros2::test {
 
 using Ros2Node = Alone;
+
+/// Neither other computers nor names that stay in shared memory where it is killed, by which Fast DDS can
+/// crash, too.
+TEST_F(Ros2Node, HasSocketsOfThisComputerAndNothingElse) {
+    const auto names = [] {
+        using Files = std::filesystem::directory_iterator;
+        return std::count_if(Files("/dev/shm"), Files(), [](const auto& file) {
+            return file.path().filename().string().find("fastdds_") != std::string::npos;
+        });
+    };
+    const auto before = names();
+    Node node({});
+    node.open();
+    std::ifstream sockets("/proc/self/net/udp"); // those of this network
+    std::string line, number, address;
+    std::getline(sockets, line); // the head
+    int count = 0;
+    for (; std::getline(sockets, line); ++count) {
+        std::istringstream(line) >> number >> address;
+        EXPECT_EQ(address.substr(0, 8), "0100007F") << line; // 127.0.0.1
+    }
+    EXPECT_GE(count, 3) << "of discovery and of data";
+    if (middleware::test::has_own_shared_memory) EXPECT_EQ(names(), before);
+}
 
 /// rcl notes the types of a node's ends in a map without a lock.
 TEST_F(Ros2Node, MakesAndEndsItsEndsOneAtATime) {

@@ -33,7 +33,7 @@ class Connection final : public RobotConnection {
 
     void start() override {
         stop();
-        line_ = open(port_.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC);
+        line_ = open(port_.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
         if (line_ < 0) throw std::runtime_error(port_ + ": " + std::strerror(errno) + "; plug the robot in");
         if (termios raw{}; tcgetattr(line_, &raw) == 0) cfmakeraw(&raw), tcsetattr(line_, TCSANOW, &raw);
         goes_on_ = true;
@@ -115,8 +115,11 @@ class Connection final : public RobotConnection {
         }
         say("stop\n");
     }
+    /// A robot that does not read for 0.1 s is left, as one that is gone is.
     void say(const std::string& line) noexcept {
-        if (::write(line_, line.data(), line.size()) < 0) goes_on_ = false;
+        pollfd reads{line_, POLLOUT, 0};
+        const auto size = static_cast<ssize_t>(line.size());
+        if (poll(&reads, 1, 100) <= 0 || ::write(line_, line.data(), line.size()) < size) goes_on_ = false;
     }
 
     const std::string port_;

@@ -451,7 +451,11 @@ RemoteRobot::RemoteRobot(const Arguments& arguments)
       duplicates{this, "duplicates", {.doc = "messages so far that came again, which are left out"}},
       rejected{this, "rejected", {.doc = "messages so far that were none of this robot's"}},
       worst_age{this, "worst_age", {.unit = unit<"s">, .doc = "largest age", .reported = true}},
-      last_drift{this, "final_drift", {.unit = unit<"s">, .doc = "last drift", .reported = true}} {}
+      last_drift{this, "final_drift", {.unit = unit<"s">, .doc = "last drift", .reported = true}} {
+    for (auto joint = joints->begin(); joint != joints->end(); ++joint)
+        if (std::find(joints->begin(), joint, *joint) != joint)
+            problem("argument 'joints' lists '" + *joint + "' twice; list every joint once");
+}
 
 void RemoteRobot::require_names_of(const std::vector<std::string>& sensors, const std::string& source) {
     const std::string separator = source.starts_with('/') ? "=/" : "=";

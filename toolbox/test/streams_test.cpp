@@ -252,6 +252,10 @@ TEST(Streams, AreSeenInTheirDomainAlone) {
         refusal("model: m\nstep: 0.01\nblocks:\n  x: {block: WholeBodyToolbox/LocalStreams, domain: "
                 "a/b}\n"),
         "argument 'domain' is 'a/b'");
+    expect_contains(
+        refusal("model: m\nstep: 0.01\nblocks:\n  x: {block: WholeBodyToolbox/LocalStreams, domain: "
+                "robots}\n"),
+        "argument 'domain' is 'robots', where robots in shared memory are");
     expect_contains(refusal("model: m\nstep: 0.01\nblocks:\n  x: {block: WholeBodyToolbox/StreamRead}\n"),
                     "stream network");
 }

@@ -552,6 +552,8 @@ TEST(UdpRobot, KnowsItsOwnByTheKey) {
     expect_contains(refused("here:x"),
                     "argument 'address': 'here:x' is no address; write PORT, or HOST:PORT such as");
     expect_contains(refused("0"), "argument 'address': '0' has no port; write one from 1 to 65535");
+    expect_contains(refusal(diagram(icub_at(port, ", joints: \"{'a', 'b', 'a'}\""))),
+                    "argument 'joints' lists 'a' twice; list every joint once");
     Running first(diagram(icub + icub_at(port)));
     for (int k = 0; k < 3; ++k) {
         ASSERT_TRUE(first.step()) << first.simulation.failure();

@@ -28,6 +28,8 @@ class LocalStreams final : public Block {
                 problem("argument 'domain' is '" + *domain + "'; write letters, digits, '_' and '-'");
                 break;
             }
+        if (*domain == "robots")
+            problem("argument 'domain' is 'robots', where robots in shared memory are; give another one");
     }
     Argument<std::string> domain{
         this, "domain", {.initial = "default", .doc = "programs of one domain see each other's streams"}};

@@ -3,6 +3,7 @@
 #include "bf/core/interrupt.hpp"
 #include "bf/middleware/bell.hpp"
 #include "bf/middleware/clock.hpp"
+#include "bf/middleware/ending.hpp"
 #include "bf/middleware/robot_host.hpp"
 
 #include <algorithm>
@@ -10,7 +11,6 @@
 #include <cerrno>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <cstring>
 #include <ctime>
 #include <future>
@@ -18,7 +18,6 @@
 #include <optional>
 #include <stdexcept>
 #include <thread>
-#include <unistd.h>
 
 namespace bf::middleware {
 
@@ -35,16 +34,6 @@ struct Vectors {
 /// Copies a message that was not taken yet.
 bool take(const Exchange& from, double* values, Stamp& last) noexcept {
     return from.newest() != last.number && from.read(values, last);
-}
-
-/// Has the program end without the destructors of its globals, which a call that never came back still uses.
-void keep_globals() noexcept {
-    [[maybe_unused]] static const int once = ::on_exit(
-        [](int code, void*) {
-            std::fflush(nullptr);
-            ::_exit(code);
-        },
-        nullptr);
 }
 
 /// The thread and what it shares with the step. It lives until both have let it go, as a call of the driver

@@ -1,4 +1,5 @@
 // bf serve: the robots of a running model, for other programs.
+#include "bf/middleware/ending.hpp"
 #include "bf/run/recorder.hpp"
 #include "files.hpp"
 #include "model_parameters.hpp"
@@ -118,12 +119,16 @@ class ServedRobots final : public Run::Observer {
 void execute(const ServeOptions& options) {
     ModelOptions model = options.model;
     model.sets.push_back("stop=" + (options.stop.empty() ? "Inf" : options.stop));
-    const LoadedModel loaded = load_model(model);
+    // Shared with what ends the robots, which may never come back.
+    const auto model_of_robots = std::make_shared<const LoadedModel>(load_model(model));
+    const LoadedModel& loaded = *model_of_robots;
     FileSet read = files_of(loaded);
     read.insert(model.params.begin(), model.params.end());
     refuse_overwriting({{"--record", options.record}}, read);
-    Simulation simulation(loaded.diagram);
-    ServedRobots robots(options, simulation, *loaded.registry);
+    const auto run_of_robots = std::make_shared<Simulation>(loaded.diagram);
+    Simulation& simulation = *run_of_robots;
+    auto served = std::make_shared<ServedRobots>(options, simulation, *loaded.registry);
+    ServedRobots& robots = *served;
     const InterruptGuard guard;
     std::optional<Recorder> recorder;
     if (!options.record.empty()) {
@@ -170,7 +175,11 @@ void execute(const ServeOptions& options) {
     if (recorder) recorder->close();
     if (!options.model.is_quiet) std::fputs(result.report.c_str(), stdout);
     const std::string stopped = loaded.diagram.name + " stopped at t = " + number(result.simulated) + " s: ";
-    if (!robots.failure.empty()) throw CommandError(robots.failure);
+    const std::string failure = robots.failure;
+    if (!middleware::end_within(
+            5, [served = std::move(served), run_of_robots, model_of_robots]() mutable { served.reset(); }))
+        std::fprintf(stderr, "  the middleware does not answer, and is left without a farewell\n");
+    if (!failure.empty()) throw CommandError(failure);
     if (!result.failure.empty()) throw CommandError(stopped + result.failure);
     if (InterruptGuard::signal()) throw Interrupted(InterruptGuard::signal(), stopped + "interrupted");
 }

@@ -1,10 +1,12 @@
 #include "node.hpp"
 
+#include "bf/middleware/ending.hpp"
 #include "master.hpp"
 #include "names.hpp"
 
 #include <algorithm>
 #include <arpa/inet.h>
+#include <atomic>
 #include <cerrno>
 #include <chrono>
 #include <cstdlib>
@@ -29,6 +31,19 @@ namespace {
 
 std::mutex session_mutex; ///< of roscpp, which has one node for all of a program
 int sessions = 0;
+
+/// Ends something of roscpp, which tells the master. One that has stopped answering holds that up once, while
+/// roscpp keeps its own locks; what is left to end then stays as it is, as long as the program.
+std::atomic<bool> master_is_silent{false};
+void end_by_master(std::function<void()> end) {
+    if (master_is_silent)
+        static_cast<void>(new std::function<void()>(std::move(end)));
+    else
+        master_is_silent = !middleware::end_within(5, std::move(end));
+}
+template <class T> std::shared_ptr<T> ended_by_master(T made) {
+    return {new T(std::move(made)), [](T* its) { end_by_master([its] { delete its; }); }};
+}
 
 Address master() { return {ros::master::getHost(), ros::master::getPort()}; }
 
@@ -83,6 +98,7 @@ void begin_session(const NodeOptions& options) {
         throw std::runtime_error(std::string("ROS 1 refuses the node: ") + error.what());
     }
     require_master(master(), ros::this_node::getName());
+    master_is_silent = false;
     if (runs(ros::this_node::getName())) // the master would end it when we come
         throw std::runtime_error("another program is the node '" + ros::this_node::getName() +
                                  "' of ROS 1; end it, or give this one another name or namespace");
@@ -114,7 +130,7 @@ Session::Session(const NodeOptions& options) {
 
 Session::~Session() {
     const std::lock_guard lock(session_mutex);
-    if (--sessions == 0) ros::shutdown();
+    if (--sessions == 0) end_by_master([] { ros::shutdown(); });
 }
 
 // ---- node
@@ -168,9 +184,13 @@ std::function<double()> Node::clock() const {
 }
 
 Publisher::~Publisher() {
-    constexpr double longest = 0.1; // s, of roscpp's thread
-    while (readers() > 0 && middleware::now() < last_ + longest)
-        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    auto its = std::make_shared<ros::Publisher>(end_);
+    end_ = {}; // so that the other one is the last
+    end_by_master([end = std::move(its), last = last_] {
+        constexpr double longest = 0.1; // s, of roscpp's thread
+        while (end->getNumSubscribers() > 0 && middleware::now() < last + longest)
+            std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    });
 }
 
 std::string Node::resolve(const std::string& service) const {
@@ -259,7 +279,7 @@ std::shared_ptr<ros::Subscriber> Node::hear(const TopicOptions& topic,
     options.datatype = topic.type->name();
     options.transport_hints.tcpNoDelay();
     try {
-        return std::make_shared<ros::Subscriber>(handle_->subscribe(options));
+        return ended_by_master(handle_->subscribe(options));
     } catch (const ros::Exception& error) {
         throw std::runtime_error("topic '" + topic.name + "': " + error.what());
     }
@@ -292,7 +312,7 @@ std::shared_ptr<ros::ServiceServer> Node::offer(const std::string& name, const S
     if (!server)
         throw std::runtime_error("the service '" + name +
                                  "' cannot be offered; look whether this program has it already");
-    return std::make_shared<ros::ServiceServer>(std::move(server));
+    return ended_by_master(std::move(server));
 }
 
 std::shared_ptr<middleware::Incoming> Node::subscribe(const TopicOptions& topic, middleware::Wanted wanted) {

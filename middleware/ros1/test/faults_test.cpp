@@ -1,4 +1,5 @@
 // Robots of ROS 1 that die, begin again, stall, flood, send what is none, and whose time goes back.
+#include "bf/middleware/clock.hpp"
 #include "master.hpp"
 #include "running.hpp"
 
@@ -56,6 +57,30 @@ TEST_F(Ros1Faults, ARobotThatDiesOrStallsEndsTheRunAndTheNextOneGoesOn) {
         EXPECT_TRUE(steps_until(run, [&] { return run.get("world.s_dot")(0) == 0.1; }))
             << run.simulation.failure();
     }
+}
+
+/// What ends tells the master so.
+TEST_F(Ros1Faults, AMasterThatHasStoppedAnsweringHoldsUpNoEnd) {
+    const Folder folder;
+    const std::string recording = folder.path / "r.mcap";
+    const int port = free_port();
+    Program master({"/usr/bin/python3", "/usr/bin/rosmaster", "--core", "-p", std::to_string(port)});
+    for (int tries = 0; tries < 3000 && !answers(port); ++tries) usleep(10'000);
+    Program run(
+        {BF_PROGRAM, "run",
+         folder.write("m.yaml", "model: m\nplugins: [Ros1]\nstep: 0.01\nblocks:\n  node: {block: Ros1/Node}\n"
+                                "  c: {block: Constant, value: 1}\n  p: {block: Ros1/Publish, topic: a}\n"
+                                "  q: {block: Ros1/Publish, topic: b}\nconnections: {c: [p, q]}\n"),
+         "--realtime", "--priority", "0", "--stop", "3", "--quiet", "--record", recording},
+        {.variables = {{"ROS_MASTER_URI", "http://127.0.0.1:" + std::to_string(port)},
+                       {"BLOCKFACTORY_PLUGIN_PATH", BF_PLUGIN_DIRECTORY}}});
+    for (int tries = 0; tries < 3000 && access(recording.c_str(), R_OK) != 0; ++tries) usleep(10'000);
+    sleep(1);
+    master.signal(SIGSTOP);
+    const auto begin = middleware::now();
+    while (!run.line().empty()) continue; // until it has ended
+    EXPECT_LT(middleware::now() - begin, 30);
+    EXPECT_EQ(run.end(0), 0);
 }
 
 TEST_F(Ros1Faults, AMeasurementThatIsGoneAndATimeThatJumpsAheadEndTheRun) {

@@ -187,7 +187,8 @@ std::map<std::string, fs::path> resources_of(const LoadedModel& loaded) {
             if (const auto urdf = urdf_of(node.block->resolution()); !urdf.empty())
                 files.merge(meshes_of(urdf, model_folder));
     std::map<std::string, fs::path> all;
-    for (const auto& file : files) all[packed_place(file, model_folder, "bundle").generic_string()] = file;
+    for (const auto& file : without_secrets(std::move(files), loaded))
+        all[packed_place(file, model_folder, "bundle").generic_string()] = file;
     return all;
 }
 

@@ -274,7 +274,7 @@ Trial pack_program(const Program& program, const LoadedModel& loaded, const Mode
     // unpack it.
     const fs::path place = is_system(model) ? fs::path("model") / model.filename().replace_extension(".yaml")
                                             : packed_place(model, model_folder, "deploy");
-    for (const auto& file : files)
+    for (const auto& file : without_secrets(std::move(files), loaded))
         if (is_system(file))
             folder.write(place, loaded.source.texts.at(file));
         else

@@ -4,6 +4,8 @@
 #include "bf/formats/yaml.hpp"
 #include "robots.hpp"
 
+#include <algorithm>
+#include <functional>
 #include <sys/utsname.h>
 
 namespace bf::tools {
@@ -19,16 +21,18 @@ fs::path file_of(const std::string& text, const fs::path& folder) {
     return !text.empty() && text.size() < 4096 && fs::is_regular_file(file, ignored) ? file : fs::path();
 }
 
-void add_files(const model::System& system, FileSet& files) {
+/// Of all settings, those of unused variants, too.
+using FoundFile = std::function<void(const fs::path&, const model::Block&, const std::string& setting)>;
+void each_file(const model::System& system, const FoundFile& found) {
     for (const auto& block : system.blocks) {
         const fs::path folder = block.where.file ? fs::path(*block.where.file).parent_path() : fs::path();
         for (const auto& setting : block.settings) {
             std::string text = setting.value.text; // which may hold quotes within quotes: "'table.csv'"
             if (text.size() > 2 && text.front() == '\'' && text.back() == '\'')
                 text = text.substr(1, text.size() - 2);
-            if (const auto file = file_of(text, folder); !file.empty()) files.insert(file);
+            if (const auto file = file_of(text, folder); !file.empty()) found(file, block, setting.name);
         }
-        if (const auto* content = block.content()) add_files(*content, files);
+        if (const auto* content = block.content()) each_file(*content, found);
     }
 }
 
@@ -82,8 +86,34 @@ fs::path packed_place(const fs::path& file, const fs::path& model_folder, const 
 
 FileSet files_of(const fs::path& model, std::map<fs::path, std::string> texts) {
     FileSet files;
-    add_files(formats::read_yaml(model, texts).root, files);
+    each_file(formats::read_yaml(model, texts).root,
+              [&](const fs::path& file, const model::Block&, const std::string&) { files.insert(file); });
     for (const auto& [file, text] : texts) files.insert(file);
+    return files;
+}
+
+FileSet without_secrets(FileSet files, const LoadedModel& loaded) {
+    const auto is_secret = [](const Block& block, const std::string& name) {
+        const auto& arguments = block.declaration().arguments;
+        return std::ranges::any_of(arguments, [&](const auto& a) { return a.is_secret && a.name == name; });
+    };
+    FileSet secrets;
+    for (const auto& node : loaded.diagram.nodes)
+        for (const auto& [name, value] : node.arguments)
+            if (is_secret(*node.block, name)) secrets.insert(fs::path(node.arguments.folder) / value.text);
+    auto texts = loaded.source.texts;
+    each_file(formats::read_yaml(loaded.source.file, texts).root,
+              [&](const fs::path& file, const model::Block& block, const std::string& setting) {
+                  try {
+                      const auto made = loaded.registry->find(block.type).make({});
+                      if (is_secret(*made, setting)) secrets.insert(file);
+                  } catch (const PluginError&) { // of an unused variant, whose plugin is not here
+                  }
+              });
+    std::erase_if(files, [&](const fs::path& file) {
+        return std::ranges::any_of(
+            secrets, [&](const fs::path& secret) { return is_one_file(file.string(), secret.string()); });
+    });
     return files;
 }
 

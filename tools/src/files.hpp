@@ -32,6 +32,10 @@ std::filesystem::path packed_place(const std::filesystem::path& file,
 /// names, whether its variant is used or not. Throws model::Errors.
 FileSet files_of(const std::filesystem::path& model, std::map<std::filesystem::path, std::string> texts = {});
 
+/// Those files without the secrets of the model's blocks, in unused variants, too: what others may have.
+/// Throws model::Errors.
+FileSet without_secrets(FileSet files, const LoadedModel& loaded);
+
 /// A folder of this installation, share/blockfactory/NAME, where there is one.
 std::filesystem::path shared_folder(const char* name);
 

@@ -85,7 +85,8 @@ FileSet files_to_publish(const Page& page) {
     FileSet files, all = files_of(page.loaded.source.file, page.loaded.source.texts);
     if (page.declarations.empty()) all.merge(files_of(page.loaded)); // else nobody reads what blocks found
     all.merge(images_of(page));
-    for (const auto& file : all) files.insert(fs::absolute(file).lexically_normal());
+    for (const auto& file : without_secrets(std::move(all), page.loaded))
+        files.insert(fs::absolute(file).lexically_normal());
     return files;
 }
 

@@ -63,8 +63,11 @@ TEST_F(Deploy, TheUnitGrantsRealTimeAndLittleElse) {
 TEST_F(Deploy, TheUnitHandsKeysToAUserWhoOwnsNone) {
     write("talks.yaml", "model: talks\nplugins: [Udp]\nstep: 0.01\nstop: 0.05\nblocks:\n"
                         "  lab: {block: Udp/Streams, address: \"'0'\", key: \"'keys/lab.key'\"}\n"
-                        "  home: {block: Udp/Streams, address: \"'0'\"}\n");
+                        "  home: {block: Udp/Streams, address: \"'0'\"}\n"
+                        "  away: {when: false, block: Udp/Streams, key: \"'away.key'\"}\n");
+    ASSERT_EQ(shell("mkdir keys && echo 0123456789abcdef | tee keys/lab.key streams.key > away.key").code, 0);
     ASSERT_EQ(bf("deploy talks.yaml -o talks").code, 0);
+    EXPECT_EQ(shell("find talks -name '*.key'").out, "") << "no package holds a secret";
     const auto unit = read("talks/talks.service");
     EXPECT_CONTAINS(unit, "DynamicUser=yes\n");
     EXPECT_CONTAINS(unit, "\nLoadCredential=lab.key:/etc/credstore/lab.key\n"

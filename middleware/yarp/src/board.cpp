@@ -116,7 +116,11 @@ class Board final : public toolbox::RobotConnection {
             return drives_->open(prefix) && driver_.open(wanted) && driver_.isValid();
         };
         bool is_open = false;
-        for (int tries = 0; tries < 6 && !is_open; ++tries) is_open = opens(tries);
+        constexpr double longest_try = 2; // s
+        for (int tries = 0; tries < 6 && !is_open; ++tries) {
+            if (tries > 0 && middleware::now() + longest_try > end) break;
+            is_open = opens(tries);
+        }
         if (!is_open)
             throw std::runtime_error("its control boards " + list_of(boards).toString() +
                                      " do not open; look whether they have the joints " +

@@ -206,7 +206,7 @@ std::map<std::int64_t, double> recorded(const LoadedModel& model,
 
 /// Waits until all samples that are asked for were there.
 template <class Is> bool wait(const Seen& seen, const Is& is) {
-    for (int i = 0; i < 5000; ++i) {
+    for (int i = 0; i < 30'000; ++i) {
         {
             const std::lock_guard lock(const_cast<Seen&>(seen).mutex);
             if (is()) return true;

@@ -10,6 +10,7 @@
 #include "verbs.hpp"
 #include "ways_to_serve.hpp"
 
+#include <atomic>
 #include <cmath>
 #include <cstdio>
 #include <map>
@@ -67,14 +68,16 @@ class ServedRobots final : public Run::Observer {
     }
 
     void observe(const Run& run) noexcept override {
-        try {
-            if (!std::exchange(is_shown_, true))
+        if (!is_shown_) {
+            try {
                 for (auto& served : served_) {
                     served->start(run.period());
                     std::fprintf(stderr, "  serves the %s\n", served->name().c_str());
                 }
-        } catch (const std::exception& error) {
-            failure = served_.front()->name() + ": " + error.what();
+            } catch (const std::exception& error) {
+                failure = served_.front()->name() + ": " + error.what();
+            }
+            is_shown_ = true;
         }
         if (!failure.empty()) return;
         for (auto& served : served_) served->show(run.time());
@@ -98,6 +101,7 @@ class ServedRobots final : public Run::Observer {
 
     /// In the thread that also prints.
     bool goes_on() {
+        if (!is_shown_) return !InterruptGuard::signal(); // the thread of the steps may be starting them
         bool is_over = options_.is_once;
         for (auto& served : served_) {
             for (std::string news; !(news = served->take_news()).empty();)
@@ -113,7 +117,7 @@ class ServedRobots final : public Run::Observer {
   private:
     const ServeOptions& options_;
     std::vector<std::unique_ptr<middleware::ServedRobot>> served_;
-    bool is_shown_ = false;
+    std::atomic<bool> is_shown_ = false;
 };
 
 void execute(const ServeOptions& options) {

@@ -11,7 +11,7 @@ std::atomic<void (*)(const char*)> listener{nullptr};              // and so doe
 
 bool is_interrupted() noexcept {
     const auto* flag = interrupt.load(std::memory_order_acquire);
-    return flag && *flag != 0;
+    return flag && __atomic_load_n(flag, __ATOMIC_RELAXED) != 0;
 }
 
 void look_for_interrupt(const volatile std::sig_atomic_t* flag) noexcept {

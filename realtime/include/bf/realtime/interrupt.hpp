@@ -14,7 +14,7 @@ class InterruptGuard {
     InterruptGuard() {
         came_ = 0;
         struct sigaction action {};
-        action.sa_handler = [](int number) { came_ = number; };
+        action.sa_handler = [](int number) { __atomic_store_n(&came_, number, __ATOMIC_RELAXED); };
         action.sa_flags = static_cast<int>(SA_RESETHAND);
         ::sigaction(SIGINT, &action, nullptr);
         ::sigaction(SIGTERM, &action, nullptr);
@@ -30,8 +30,8 @@ class InterruptGuard {
     InterruptGuard& operator=(const InterruptGuard&) = delete;
 
     /// The number of the signal that came, or 0.
-    static int signal() noexcept { return came_; }
-    /// Where that number stands.
+    static int signal() noexcept { return __atomic_load_n(&came_, __ATOMIC_RELAXED); }
+    /// Where that number stands. It is read as one word by any thread.
     static const volatile std::sig_atomic_t* flag() noexcept { return &came_; }
 
   private:

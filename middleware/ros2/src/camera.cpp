@@ -60,7 +60,7 @@ std::uint8_t* resize(rosidl_runtime_c__uint8__Sequence& data, std::size_t size) 
 /// thread makes messages of them.
 class Pictures final : public Sender {
   public:
-    Pictures(Node& node, const CameraOptions& options)
+    Pictures(const Node& node, const CameraOptions& options)
         : newest(1 + options_size(options)), options_(options), context_(node.context()),
           values_(static_cast<std::size_t>(newest.size())) {
         const auto& [width, height, field_of_view] = options.lens;

@@ -173,11 +173,15 @@ Publisher::Publisher(std::shared_ptr<Context> context, const MessageMemory& type
           "the topic '" + topic + "' cannot be published");
 }
 Publisher::~Publisher() {
+    wait_until_heard(0.2);
+    while (middleware::now() < last_ + 0.1 && readers() > 0) // by those who acknowledge nothing
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
     const std::lock_guard lock(context_->ends);
     ignore(rcl_publisher_fini(&handle_, &context_->node));
 }
 void Publisher::publish(const void* message) noexcept {
     if (rcl_publish(&handle_, message, nullptr) != RCL_RET_OK) rcl_reset_error();
+    last_ = middleware::now();
 }
 void Publisher::wait_until_heard(double longest) const noexcept {
     const auto most = static_cast<rcl_duration_value_t>(std::max(longest, 0.0) * 1e9);
@@ -287,13 +291,11 @@ void Node::open() {
 void Node::close() noexcept {
     if (!context_) return;
     outbox_.close(); // while answers to what it sends are waited for
-    wait_until_heard(middleware::now() + 1);
     goes_on_ = false;
     ignore(rcl_trigger_guard_condition(&changed_));
     if (waiting_.joinable()) waiting_.join();
     clock_.reset();
     awaited_.clear();
-    sent_to_.clear();
     ignore(rcl_guard_condition_fini(&changed_));
     changed_ = rcl_get_zero_initialized_guard_condition();
     context_.reset();
@@ -317,16 +319,8 @@ std::shared_ptr<Subscription> Node::subscribe(const MessageMemory& type, const s
 }
 
 std::shared_ptr<Publisher> Node::advertise(const MessageMemory& type, const std::string& topic,
-                                           const Quality& quality) {
-    auto publisher = std::make_shared<Publisher>(context_, type, topic, quality);
-    const std::lock_guard lock(mutex_);
-    sent_to_.push_back(publisher);
-    return publisher;
-}
-
-void Node::wait_until_heard(double end) const noexcept {
-    const std::lock_guard lock(mutex_);
-    for (const auto& each : sent_to_) each->wait_until_heard(end - middleware::now());
+                                           const Quality& quality) const {
+    return std::make_shared<Publisher>(context_, type, topic, quality);
 }
 
 std::shared_ptr<Service> Node::serve(const rosidl_service_type_support_t* support, const std::string& name,

@@ -96,6 +96,8 @@ class Publisher {
   public:
     Publisher(std::shared_ptr<Context> context, const MessageMemory& type, const std::string& topic,
               const Quality& quality);
+    /// Waits until what was published last is heard, at most 0.2 s: it would not be sent again, and readers
+    /// drop what they have not taken from an end that is gone.
     ~Publisher();
     /// From any one thread that is no step.
     void publish(const void* message) noexcept;
@@ -108,6 +110,7 @@ class Publisher {
   private:
     std::shared_ptr<Context> context_;
     rcl_publisher_t handle_ = rcl_get_zero_initialized_publisher();
+    double last_ = 0; ///< when something was published, s
 };
 
 class Service final : public Awaited {
@@ -160,18 +163,14 @@ class Node {
 
     /// Joins the network; nothing where that is done. Throws std::runtime_error.
     void open();
-    /// Leaves it, once what was published last is heard, or after a second.
     void close() noexcept;
     std::shared_ptr<Context> context() const { return context_; }
 
     std::shared_ptr<Subscription> subscribe(const MessageMemory& type, const std::string& topic,
                                             const Quality& quality, std::function<void(const void*)> taken,
                                             std::function<void(std::uint64_t)> sent = nullptr);
-    /// It stays until the node is closed: where messages are lost, the last one is sent again.
     std::shared_ptr<Publisher> advertise(const MessageMemory& type, const std::string& topic,
-                                         const Quality& quality);
-    /// Waits until all that was published is heard, at most until `end` by middleware::now().
-    void wait_until_heard(double end) const noexcept;
+                                         const Quality& quality) const;
     std::shared_ptr<Service> serve(const rosidl_service_type_support_t* support, const std::string& name,
                                    std::shared_ptr<void> request, std::shared_ptr<void> response,
                                    std::function<void(const void*, void*)> answer);
@@ -191,9 +190,8 @@ class Node {
     std::shared_ptr<Context> context_;
     rcl_guard_condition_t changed_ = rcl_get_zero_initialized_guard_condition();
     std::shared_ptr<Subscription> clock_;
-    mutable std::mutex mutex_; ///< of the lists
+    std::mutex mutex_; ///< of the list
     std::vector<std::weak_ptr<Awaited>> awaited_;
-    std::vector<std::shared_ptr<Publisher>> sent_to_;
     std::atomic<std::uint64_t> changes_{1}; ///< of it
     std::atomic<bool> goes_on_{false};
     middleware::Outbox outbox_;

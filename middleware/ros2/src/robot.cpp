@@ -72,6 +72,7 @@ class Topics final : public middleware::RobotTopics {
                                      [this](bool, const std::string&) { is_released_ = true; });
     }
     void close() noexcept override {
+        wait_until_heard(now() + longest_farewell);
         node_.close();
         commands_.clear();
         step_ = release_ = {};
@@ -168,7 +169,7 @@ class Topics final : public middleware::RobotTopics {
     bool let_go() noexcept override {
         if (!takes_joints_back()) return false;
         const double end = now() + longest_farewell;
-        node_.wait_until_heard(end);
+        wait_until_heard(end);
         is_released_ = false;
         if (!release_.send()) return false;
         while (!is_released_ && now() < end) std::this_thread::sleep_for(std::chrono::milliseconds(1));
@@ -186,6 +187,9 @@ class Topics final : public middleware::RobotTopics {
         commands_.push_back(node_.advertise(type, topic, {1, true}));
         return commands_.back();
     }
+    void wait_until_heard(double end) const noexcept {
+        for (const auto& each : commands_) each->wait_until_heard(end - now());
+    }
     void tell(const std::string& why) {
         const std::lock_guard lock(mutex_);
         why_not_ = why;
@@ -193,6 +197,7 @@ class Topics final : public middleware::RobotTopics {
 
     Node node_;
     const Quality newest_;
+    /// They stay until the node ends: where messages are lost, the last command is sent again.
     std::vector<std::shared_ptr<Publisher>> commands_;
     messages::Call step_, release_;
     std::atomic<bool> is_released_{false};

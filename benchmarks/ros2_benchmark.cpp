@@ -1,16 +1,16 @@
 // From one step to another over a topic of ROS 2, beside rcl's bare calls.
-#include "bf/middleware/bell.hpp"
 #include "blocks.hpp"
 #include "messages.hpp"
 #include "own_process.hpp"
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <benchmark/benchmark.h>
+#include <csignal>
 #include <ctime>
+#include <optional>
 #include <stdexcept>
-#include <thread>
+#include <sys/prctl.h>
 #include <unistd.h>
 
 namespace {
@@ -32,82 +32,89 @@ double system_time() {
     return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
-/// Messages are sent every 2 ms; `heard` says when the one came that was sent last.
-template <class Send, class Heard> void time(Measured& measured, Send&& send, Heard&& heard) {
-    for (int k = -100; k < count; ++k) {
-        usleep(2000);
-        const double begin = system_time();
-        send();
-        const double came = heard();
-        if (k >= 0) measured.times[static_cast<std::size_t>(k)] = came - begin;
+/// Another program calls `send(time)` every 2 ms with what `speak` gives it; `hear` gives for one message
+/// after the other how long it took. Fast DDS would not send anything between nodes of one program.
+template <class Speak, class Hear> void between_programs(Measured& measured, Speak&& speak, Hear&& hear) {
+    const pid_t peer = fork();
+    if (peer == 0) {
+        prctl(PR_SET_PDEATHSIG, SIGKILL);
+        auto send = speak();
+        for (;;) {
+            usleep(2000);
+            send(system_time());
+        }
+    }
+    auto next = hear();
+    for (int k = -200; k < count; ++k) {
+        const double taken = next();
+        if (k >= 0) measured.times[static_cast<std::size_t>(k)] = taken;
     }
     measured.is_good = true;
+    kill(peer, SIGKILL);
 }
 
 /// From the step that writes to where a step reads.
 void measure_streams(Measured& measured) {
-    ros2::Node here({.name = "here"}), there({.name = "there"});
-    here.open();
-    there.open();
-    const auto reader = ros2::streams_over(there)->open_reader("/numbers", n);
-    const auto writer = ros2::streams_over(here)->open_writer("/numbers", n);
-    if (!writer->has_reader() || !reader->has_writer())
-        throw std::runtime_error("they do not find each other");
-    usleep(500'000);
-    const Eigen::VectorXd values = Eigen::VectorXd::Zero(n);
-    Eigen::VectorXd taken(n);
-    bf::toolbox::Stamp stamp;
-    time(
-        measured, [&] { writer->write(values); },
+    ros2::Node node({.name = "streams"});
+    std::shared_ptr<bf::toolbox::StreamConnection> streams;
+    between_programs(
+        measured,
         [&] {
-            if (!reader->wait(1) || reader->take(taken, stamp) != bf::toolbox::Taken::message)
-                throw std::runtime_error("a message is lost");
-            return stamp.time;
+            node.open();
+            streams = ros2::streams_over(node);
+            return [writer = streams->open_writer("/numbers", n),
+                    values = Eigen::VectorXd(Eigen::VectorXd::Zero(n))](double time) mutable {
+                values[0] = time;
+                writer->write(values);
+            };
+        },
+        [&] {
+            node.open();
+            streams = ros2::streams_over(node);
+            return [reader = streams->open_reader("/numbers", n), values = Eigen::VectorXd(n)]() mutable {
+                bf::toolbox::Stamp stamp;
+                if (!reader->wait(10) || reader->take(values, stamp) != bf::toolbox::Taken::message)
+                    throw std::runtime_error("there is no message");
+                return stamp.time - values[0];
+            };
         });
 }
 
 /// From rcl_publish to what rcl_take gives behind rcl_wait.
 void measure_bare(Measured& measured) {
-    const auto here = std::make_shared<ros2::Context>(ros2::NodeOptions{.name = "here"}),
-               there = std::make_shared<ros2::Context>(ros2::NodeOptions{.name = "there"});
-    std::atomic<double> came{0};
-    bf::middleware::Bell bell{};
-    const auto taken = [&](const void*) {
-        came = system_time();
-        bell.ring();
+    const auto context = [] { return std::make_shared<ros2::Context>(ros2::NodeOptions{.name = "bare"}); };
+    double taken = -1;
+    const auto take = [&](const void* message) {
+        taken = system_time() - static_cast<const ros2::messages::Numbers*>(message)->data.data[0];
     };
-    ros2::Subscription subscription(there, ros2::messages::numbers(), "/bare", {}, taken, nullptr);
-    ros2::Publisher publisher(here, ros2::messages::numbers(), "/bare", {});
-    std::atomic<bool> goes_on{true};
-    std::thread listens([&] {
-        rcl_wait_set_t set = rcl_get_zero_initialized_wait_set();
-        if (rcl_wait_set_init(&set, 1, 0, 0, 0, 0, 0, &there->context, rcl_get_default_allocator()) !=
-            RCL_RET_OK)
-            return;
-        while (goes_on) {
-            if (rcl_wait_set_clear(&set) != RCL_RET_OK) break;
-            subscription.add_to(set);
-            if (rcl_wait(&set, 100'000'000) == RCL_RET_OK) subscription.take();
-        }
-        if (rcl_wait_set_fini(&set) != RCL_RET_OK) return;
-    });
-    while (publisher.readers() == 0) usleep(1000);
-    usleep(500'000);
-    const auto message = ros2::messages::make<ros2::messages::Numbers>(ros2::messages::numbers());
-    ros2::messages::resize(message->data, n);
-    time(
+    std::optional<ros2::Subscription> subscription;
+    rcl_wait_set_t set = rcl_get_zero_initialized_wait_set();
+    between_programs(
         measured,
         [&] {
-            came = 0;
-            publisher.publish(message.get());
+            const auto message = ros2::messages::make<ros2::messages::Numbers>(ros2::messages::numbers());
+            ros2::messages::resize(message->data, n);
+            return [publisher = std::make_shared<ros2::Publisher>(context(), ros2::messages::numbers(),
+                                                                  "/bare", ros2::Quality{}),
+                    message](double time) {
+                message->data.data[0] = time;
+                publisher->publish(message.get());
+            };
         },
         [&] {
-            bell.wait(
-                1, [&] { return came > 0; }, 0);
-            return came.load();
+            const auto its = context();
+            subscription.emplace(its, ros2::messages::numbers(), "/bare", ros2::Quality{}, take, nullptr);
+            ros2::check(rcl_wait_set_init(&set, 1, 0, 0, 0, 0, 0, &its->context, rcl_get_default_allocator()),
+                        "nothing can be waited for");
+            return [&] {
+                for (taken = -1; taken < 0; subscription->take()) {
+                    ros2::check(rcl_wait_set_clear(&set), "nothing can be waited for");
+                    subscription->add_to(set);
+                    ros2::check(rcl_wait(&set, 10'000'000'000), "there is no message");
+                }
+                return taken;
+            };
         });
-    goes_on = false;
-    listens.join();
 }
 
 /// The 99th percentiles.

@@ -132,8 +132,7 @@ int command(int argc, char** argv) {
     occupy_standard_streams();
     std::signal(SIGXFSZ, SIG_IGN); // writing past a limit on the size of files fails with a message instead
     if (!may_open_files()) {
-        std::fprintf(stderr,
-                     "bf: this program may open too few files; raise that limit, as by ulimit -n 1024\n");
+        std::fprintf(stderr, "bf: %s\n", file_error(EMFILE).c_str());
         return 1;
     }
     CLI::App app{"BlockFactory: design, simulate and run robot controllers as block diagrams", "bf"};

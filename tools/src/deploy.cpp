@@ -112,28 +112,16 @@ Program installed_program(const fs::path& prefix, const std::string& target,
     return program;
 }
 
-/// Names of the files with secrets of the diagram's blocks.
-std::set<std::string> secrets_of(const Diagram& diagram) {
-    std::set<std::string> names;
-    for (const auto& node : diagram.nodes)
-        for (const auto& argument : node.block->declaration().arguments) {
-            if (!argument.is_secret) continue;
-            const auto given =
-                std::ranges::find(node.arguments, argument.name, [](const auto& a) { return a.first; });
-            names.insert(
-                fs::path((given == node.arguments.end() ? argument.initial : given->second).text).filename());
-        }
-    return names;
-}
-
 /// What the unit says of keys: its user, who exists only while it runs, can own none.
-std::string credentials(const std::set<std::string>& keys) {
+std::string credentials(const FileSet& keys) {
     if (keys.empty()) return "";
+    std::set<std::string> names;
+    for (const auto& key : keys) names.insert(key.filename());
     std::string text = "\n# Keys, which are root's: sudo install -D -m 600 -t /etc/credstore KEY\n";
-    for (const auto& key : keys) {
-        std::string name;
-        for (const char letter : key) name += letter == '%' ? "%%" : std::string(1, letter);
-        text += "LoadCredential=" + name + ":/etc/credstore/" + name + "\n";
+    for (const auto& name : names) {
+        std::string escaped;
+        for (const char letter : name) escaped += letter == '%' ? "%%" : std::string(1, letter);
+        text += "LoadCredential=" + escaped + ":/etc/credstore/" + escaped + "\n";
     }
     return text;
 }

@@ -92,21 +92,28 @@ FileSet files_of(const fs::path& model, std::map<fs::path, std::string> texts) {
     return files;
 }
 
-FileSet without_secrets(FileSet files, const LoadedModel& loaded) {
-    const auto is_secret = [](const Block& block, const std::string& name) {
-        const auto& arguments = block.declaration().arguments;
-        return std::ranges::any_of(arguments, [&](const auto& a) { return a.is_secret && a.name == name; });
-    };
+FileSet secrets_of(const Diagram& diagram) {
     FileSet secrets;
-    for (const auto& node : loaded.diagram.nodes)
-        for (const auto& [name, value] : node.arguments)
-            if (is_secret(*node.block, name)) secrets.insert(fs::path(node.arguments.folder) / value.text);
+    for (const auto& node : diagram.nodes)
+        for (const auto& argument : node.block->declaration().arguments) {
+            if (!argument.is_secret) continue;
+            const auto given =
+                std::ranges::find(node.arguments, argument.name, [](const auto& a) { return a.first; });
+            secrets.insert(fs::path(node.arguments.folder) /
+                           (given == node.arguments.end() ? argument.initial : given->second).text);
+        }
+    return secrets;
+}
+
+FileSet without_secrets(FileSet files, const LoadedModel& loaded) {
+    FileSet secrets = secrets_of(loaded.diagram);
     auto texts = loaded.source.texts;
     each_file(formats::read_yaml(loaded.source.file, texts).root,
               [&](const fs::path& file, const model::Block& block, const std::string& setting) {
                   try {
                       const auto made = loaded.registry->find(block.type).make({});
-                      if (is_secret(*made, setting)) secrets.insert(file);
+                      for (const auto& argument : made->declaration().arguments)
+                          if (argument.is_secret && argument.name == setting) secrets.insert(file);
                   } catch (const PluginError&) { // of an unused variant, whose plugin is not here
                   }
               });

@@ -32,6 +32,9 @@ std::filesystem::path packed_place(const std::filesystem::path& file,
 /// names, whether its variant is used or not. Throws model::Errors.
 FileSet files_of(const std::filesystem::path& model, std::map<std::filesystem::path, std::string> texts = {});
 
+/// The files in which the blocks of a diagram look for secrets, whether they are there or not.
+FileSet secrets_of(const Diagram& diagram);
+
 /// Those files without the secrets of the model's blocks, in unused variants, too: what others may have.
 /// Throws model::Errors.
 FileSet without_secrets(FileSet files, const LoadedModel& loaded);

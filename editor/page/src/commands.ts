@@ -116,7 +116,7 @@ export const commands: Command[] = [
   { title: "The robot in three dimensions", group: "Look", keys: ["V"], can: (s) => s.stage.is_possible || s.stage.is_shown,
     run: (s) => s.stage.open(!s.stage.is_shown) },
   { title: "Time of blocks", group: "Look", keys: ["T"], run: (s) => (s.shows_times = !s.shows_times) },
-  { title: "Light or dark", group: "Look", keys: [], run: (s) => s.next_theme() },
+  { title: "Light or dark", group: "Look", keys: [], run: (s) => s.theme.next() },
   { title: "Print the drawing", group: "Look", keys: ["Ctrl+P"], on: ["empty"], can: (s) => s.drawing !== null, run: print },
   { title: "Save the drawing as SVG", group: "Look", keys: ["Ctrl+Shift+S"], on: ["empty"], can: (s) => s.drawing !== null, run: save_picture },
   { title: "Open another model", group: "Look", keys: ["Ctrl+O"], run: (s) => (s.dialog = { kind: "open" }) },

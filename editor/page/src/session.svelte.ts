@@ -19,7 +19,7 @@ import { Recordings } from "./recordings.svelte.ts";
 import { Refinement } from "./refinement.ts";
 import { Samples, type Track } from "./samples.ts";
 import { Stage } from "./stage.svelte.ts";
-import { choose, chosen, colours, type Choice, type Colours } from "./theme.ts";
+import { Theme } from "./theme.svelte.ts";
 import { Transport } from "./transport.svelte.ts";
 import { Tuning } from "./tuning.svelte.ts";
 
@@ -64,8 +64,7 @@ export class Session {
   has_text = $state(false); // the model's file beside the drawing
   has_code = $state(false); // what is generated of it
   menu = $state.raw<Point | null>(null); // of what is chosen; a point of the canvas
-  theme = $state<Choice>(chosen());
-  colours = $state.raw<Colours>(colours());
+  readonly theme = new Theme();
   dialog = $state.raw<Dialog | null>(null);
   renamed = $state<string | null>(null); // key of the element whose name, or of the note whose text is being edited
   asked = $state<string | null>(null); // path of the field that takes the keyboard once it is shown
@@ -343,12 +342,6 @@ export class Session {
     if (!show.delete(what)) show.add(what);
     this.show = show;
     void this.redraw();
-  }
-
-  next_theme(): void {
-    this.theme = this.theme === "system" ? "light" : this.theme === "light" ? "dark" : "system";
-    choose(this.theme);
-    this.colours = colours();
   }
 
   select(keys: Iterable<string>): void {

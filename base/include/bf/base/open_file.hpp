@@ -17,8 +17,7 @@ inline std::string file_error(int error) {
     switch (error) {
     case ELOOP: return "its symbolic links lead in a ring; remove one of them";
     case ENXIO: return "no program reads this pipe; start one that does, or give a file";
-    case EMFILE:
-        return "this program has as many files open as it may; raise that limit, as by ulimit -n 1024";
+    case EMFILE: return "this program may open too few files; raise that limit, as by ulimit -n 1024";
     default: return std::strerror(error);
     }
 }

@@ -260,6 +260,14 @@ TEST(Streams, AreSeenInTheirDomainAlone) {
                     "stream network");
 }
 
+TEST(Streams, HaveNamesThatAFileMayHave) {
+    const std::string name(300, 'a');
+    expect_contains(refusal("model: m\nstep: 0.01\nblocks:\n" + network("long") +
+                            "  x: {block: WholeBodyToolbox/StreamWrite, stream: /" + name +
+                            "}\n  c: {block: Constant}\nconnections: {c: x}\n"),
+                    name.substr(0, 39) + "...': its name is longer than that of a file may be, 255 letters");
+}
+
 TEST(Streams, LeaveNoFileBehind) {
     const std::string file = folder("files") + "/%2frobot%2fstate";
     {

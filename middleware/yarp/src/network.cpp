@@ -38,9 +38,8 @@ void join() {
     os::Log::setPrintCallback([](auto...) {});
     static const os::Network network; // finds the name server
     if (!os::NetworkBase::getLocalMode() && !os::NetworkBase::checkNetwork(5.0))
-        throw std::runtime_error(
-            "no YARP name server answers within 5 s; start yarpserver, and say where it is by "
-            "`yarp conf HOST PORT`");
+        throw std::runtime_error("no YARP name server answers; start yarpserver, and say where it is by "
+                                 "`yarp conf HOST PORT`");
 }
 
 bool is_there(const std::string& port) { return os::NetworkBase::exists(port, true); }

@@ -77,7 +77,9 @@ Segment::Segment(const std::filesystem::path& folder, const std::string& name, i
     : file_(folder / file_name(name)), size_(size),
       words_(place_bytes(static_cast<std::uint64_t>(size)) / sizeof(std::uint64_t)) {
     if (name.empty()) throw failure(name, "it needs a name, such as '/robot/state'");
-    if (file_.filename().string().size() > 255) throw failure(name, "its name is too long");
+    if (file_.filename().string().size() > 255)
+        throw failure(name.substr(0, 40) + "...",
+                      "its name is longer than that of a file may be, 255 letters; give a shorter one");
     const std::size_t bytes = sizeof(Head) + places * place_bytes(static_cast<std::uint64_t>(size));
     for (;;) {
         if (mkdir(folder.c_str(), 0700) != 0 && errno != EEXIST)

@@ -209,7 +209,10 @@ template <class Kernel, class... Views> Status apply(const Views&... views) {
 }
 
 template <class Kernel, int scalars, class... Operands> struct Instance {
-    static Status run(const void* operands, int count) {
+    static Status run(const void* operands, int count) { return body(operands, count); }
+    /// The same, optimised for size: most element types are those of few models.
+    [[gnu::cold]] static Status run_seldom(const void* operands, int count) { return body(operands, count); }
+    [[gnu::always_inline]] static inline Status body(const void* operands, int count) {
         constexpr std::array<bool, sizeof...(Operands)> is_list{Operands::is_list...};
         constexpr auto list =
             static_cast<std::size_t>(std::find(is_list.begin(), is_list.end(), true) - is_list.begin());
@@ -253,10 +256,14 @@ constexpr Call::Run instance() {
     using T1 = std::tuple_element_t<second, ElementTypes>;
     using T0 = std::conditional_t<has_symbol<0, Keys...>, std::tuple_element_t<first, ElementTypes>, double>;
     using Symbol = std::conditional_t<has_symbol<0, Keys...>, T0, T1>;
-    if constexpr (symbols == 0 || accepted<Kernel, Symbol>())
-        return InstanceOf<Kernel, T0, T1, 0, Written, Keys...>::run;
-    else
+    using Its = InstanceOf<Kernel, T0, T1, 0, Written, Keys...>;
+    if constexpr (symbols != 0 && !accepted<Kernel, Symbol>())
         return nullptr;
+    else if constexpr (std::is_floating_point_v<T0> &&
+                       (!has_symbol<1, Keys...> || std::is_floating_point_v<T1>))
+        return Its::run;
+    else
+        return Its::run_seldom;
 }
 
 template <int symbols, class Kernel, class Written, class... Keys> struct Instances {

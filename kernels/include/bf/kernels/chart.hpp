@@ -18,10 +18,36 @@ inline constexpr int chart_most_states = 1000, chart_most_compounds = 48, chart_
                      chart_most_cells = 160, chart_most_events = 64, chart_most_timers = 16,
                      chart_most_chosen = 32;
 
-/// One step of a chart. T: table, L: list of inputs, N: numbers.
-template <class T, class L, class N> class Step {
+/// The list of inputs of a chart as its numbers N, whatever their type is: a step is compiled once for all.
+template <class N> class Inputs {
   public:
-    Step(const T& table, const L& inputs, const N& time, const N& period) noexcept : from_{table, inputs} {
+    template <class L>
+    explicit Inputs(const L& list) noexcept
+        : list_(&list), element_([](const void* l, int i, int k) noexcept {
+              return static_cast<N>((*static_cast<const L*>(l))[i][k]);
+          }),
+          size_([](const void* l, int i) noexcept { return (*static_cast<const L*>(l))[i].size(); }) {}
+
+    struct Input {
+        const Inputs& all;
+        int i;
+        N operator[](int k) const noexcept { return all.element_(all.list_, i, k); }
+        int size() const noexcept { return all.size_(all.list_, i); }
+    };
+    Input operator[](int i) const noexcept { return {*this, i}; }
+
+  private:
+    const void* list_;
+    N (*element_)(const void* list, int i, int k) noexcept;
+    int (*size_)(const void* list, int i) noexcept;
+};
+
+/// One step of a chart. T: table, N: numbers.
+template <class T, class N> class Step {
+  public:
+    template <class L>
+    Step(const T& table, const L& inputs, const N& time, const N& period) noexcept
+        : from_{table, Inputs<N>(inputs)} {
         chart_prepare(&chart_, &from_, time, period);
     }
 
@@ -51,7 +77,7 @@ template <class T, class L, class N> class Step {
     using chart_number = N;
     struct chart_numbers {
         const T& table;
-        const L& inputs;
+        const Inputs<N> inputs;
     };
     static int chart_at(const chart_numbers* from, int place) noexcept {
         return static_cast<int>(from->table[place]);
@@ -60,7 +86,7 @@ template <class T, class L, class N> class Step {
         return N(from->table[chart_at(from, chart_initial_at) + v]);
     }
     static bool chart_is_input(const chart_numbers* from, int event) noexcept {
-        return from->inputs[chart_at(from, chart_event_port) + event - 1][0] != Element<L>(0);
+        return from->inputs[chart_at(from, chart_event_port) + event - 1][0] != N(0);
     }
     [[gnu::noinline]] static N chart_value(const chart_numbers* from, const N* cells, int code) noexcept {
         const int at = chart_at(from, chart_formulas_at) + code; // one copy: it has all operations inside
@@ -79,7 +105,7 @@ template <class T, class L, class N> class Step {
 };
 
 template <class T, class L, class N>
-Step<T, L, Element<N>> step_of(const T& table, const L& u, const N& time, const N& period) noexcept {
+Step<T, Element<N>> step_of(const T& table, const L& u, const N& time, const N& period) noexcept {
     return {table, u, time[0], period[0]};
 }
 

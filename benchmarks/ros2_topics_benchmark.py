@@ -2,9 +2,9 @@
 """Do ten topics of ROS 2 disturb the real-time loop? Prints what it measured as JSON, s by name; nothing where the plugin Ros2 is absent.
 
 Usage: ros2_topics_benchmark.py BUILD. A model of 1 kHz runs with `bf run --realtime`, with five topics that it publishes in each
-step and five that another program publishes at 1 kHz, which hears those five, and without. Runs with topics, without and again without alternate,
-in an order that changes, and the median of all rounds counts: what differs between both without is the scatter. The figure is the
-99.9th percentile of the time from the beginning of a step to that of the next one.
+step and five that another program publishes at 1 kHz, which hears those five; without topics; once more without, whose difference is the scatter; and
+without beside two programs that exchange the ten topics, which tells what the load of the processors does where the loop has no topic. The four alternate in an
+order that changes, and the median of all rounds counts. The figure is the 99.9th percentile of the time from the beginning of a step to that of the next one.
 """
 
 import json
@@ -51,25 +51,25 @@ def main(build):
     with tempfile.TemporaryDirectory(prefix="bf_topics_") as name:
         folder = pathlib.Path(name)
         (folder / "peer.yaml").write_text(model("peer", "back", "there"))
-        (folder / "with.yaml").write_text(model("loop", "there", "back"))
-        (folder / "without.yaml").write_text(model("alone", "", "", topics=False))
-        (folder / "again.yaml").write_text(model("alone", "", "", topics=False))
-        found = {"with": [], "without": [], "again": []}
-        order = list(found)
+        (folder / "loop.yaml").write_text(model("loop", "there", "back"))
+        (folder / "alone.yaml").write_text(model("alone", "", "", topics=False))
+        # The model that is measured and the programs beside it.
+        kinds = {"with": ("loop", ["peer"]), "without": ("alone", []), "again": ("alone", []), "beside": ("alone", ["loop", "peer"])}
+        found = {kind: [] for kind in kinds}
+        order = list(kinds)
         for _ in range(ROUNDS):
             for kind in order:
-                peer = None
-                if kind == "with":
-                    peer = subprocess.Popen([bf, "run", folder / "peer.yaml", "--realtime", "--priority", "0", "--stop", "Inf", "--quiet"],
-                                            env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+                measured, others = kinds[kind]
+                beside = [subprocess.Popen([bf, "run", folder / f"{other}.yaml", "--realtime", "--priority", "0", "--stop", "Inf", "--quiet"],
+                                           env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) for other in others]
                 try:
-                    subprocess.run([bf, "run", folder / f"{kind}.yaml", "--realtime", "--stop", "Inf", "--duration", str(SECONDS), "--quiet",
+                    subprocess.run([bf, "run", folder / f"{measured}.yaml", "--realtime", "--stop", "Inf", "--duration", str(SECONDS), "--quiet",
                                     "--summary", folder / "summary.json"], env=environment, check=True,
                                    stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
                 finally:
-                    if peer:
-                        peer.terminate()
-                        peer.wait()
+                    for other in beside:
+                        other.terminate()
+                        other.wait()
                 told = json.loads((folder / "summary.json").read_text())["realtime"]
                 found[kind].append(told["deviation_us"]["p99_9"] / 1e6)
             order = order[1:] + order[:1]

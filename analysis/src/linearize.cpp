@@ -637,6 +637,27 @@ class Linearization {
 struct Linearizer::Content {
     Content(Simulation& r, LinearizeOptions o) : run(r), options(std::move(o)), as_asked(run, options) {}
 
+    LinearSystem linearize() {
+        LinearSystem system;
+        const Status status = step_with(run, [&] {
+            // Differences write over what outputs and states were.
+            saved.resize(run.context().snapshot_size());
+            run.context().save(saved.data());
+            system = as_asked();
+            run.context().restore(saved.data());
+            if (!as_asked.holds_a_loop()) return;
+            if (!uncut) {
+                auto closed = options;
+                for (const auto& name : options.from) std::erase(closed.open, name);
+                uncut.emplace(run, closed);
+            }
+            system.is_stable_uncut = is_stable((*uncut)());
+            run.context().restore(saved.data());
+        });
+        if (!status) throw RunError(run.failure());
+        return system;
+    }
+
     Simulation& run;
     const LinearizeOptions options;
     Linearization as_asked;
@@ -651,27 +672,7 @@ Linearizer::Linearizer(Linearizer&&) noexcept = default;
 Linearizer& Linearizer::operator=(Linearizer&&) noexcept = default;
 const LinearizeOptions& Linearizer::options() const { return content_->options; }
 
-LinearSystem Linearizer::operator()() {
-    auto& [run, options, as_asked, uncut, saved] = *content_;
-    LinearSystem system;
-    const Status status = step_with(run, [&] {
-        // Differences write over what outputs and states were.
-        saved.resize(run.context().snapshot_size());
-        run.context().save(saved.data());
-        system = as_asked();
-        run.context().restore(saved.data());
-        if (!as_asked.holds_a_loop()) return;
-        if (!uncut) {
-            auto closed = options;
-            for (const auto& name : options.from) std::erase(closed.open, name);
-            uncut.emplace(run, closed);
-        }
-        system.is_stable_uncut = is_stable((*uncut)());
-        run.context().restore(saved.data());
-    });
-    if (!status) throw RunError(run.failure());
-    return system;
-}
+LinearSystem Linearizer::operator()() { return content_->linearize(); }
 
 LinearSystem linearize(Simulation& run, const LinearizeOptions& options) {
     return Linearizer(run, options)();

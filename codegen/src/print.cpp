@@ -230,8 +230,8 @@ std::string Generator::header(const Calls& calls) const {
     text +=
         functions + control_declarations() +
         "    bool fail(const char* block, const char* text) noexcept;\n"
-        "    bool became_nan(const char* block) noexcept;\n    bool follow() noexcept;\n\n"
-        "    States next_; // states after this step\n" +
+        "    bool became_nan(const char* block) noexcept;\n    bool follow() noexcept;\n\n" +
+        (states_.empty() ? "" : "    States next_; // states after this step\n") +
         (is_dynamic() ? "" : "    Parameters previous_; // restored when a change is refused\n") +
         (is_dynamic() || options_.embedded
              ? ""

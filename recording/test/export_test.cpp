@@ -164,7 +164,7 @@ TEST(Difference, OfLengthsIsWhereTheShorterOneEnds) {
     const Channel shorter = signal("x", {0, 1'000'000'000}, {1, 1}),
                   longer = signal("x", {0, 1'000'000'000, 2'000'000'000}, {1, 1, 1});
     for (const auto& [a, b] : {std::pair(shorter, longer), {longer, shorter}}) {
-        const auto first = [&](std::int64_t at) {
+        const auto first = [&a = a, &b = b](std::int64_t at) {
             return first_difference(recording_of({a, signal("y", {at}, {1})}),
                                     recording_of({b, signal("y", {at}, {2})}))
                 ->channel;

@@ -168,13 +168,13 @@ TEST(ContactEkf, IsAsUncertainAsItIsWrong) {
     constexpr double dt = 0.01;
     const ContactEkf::Noise noise{0.02, 0.2, 2e-3, 2e-2, 0.03};
     const double of_foot_seen = 0.01;
-    double nees = 0.0, at_start = 0.0;
+    double nees = 0.0, at_start = 0.0, tilt = 0.0;
     int outside = 0;
     for (int run = 0; run < runs; ++run) {
         std::mt19937 random(static_cast<unsigned>(100 + run));
         std::normal_distribution<double> normal;
         const auto draw = [&](double deviation) -> Vector3d {
-            return deviation * Vector3d(normal(random), normal(random), normal(random));
+            return deviation * Vector3d{normal(random), normal(random), normal(random)}; // in this order
         };
         ContactEkf truth(feet);
         truth.R = rotation_exp({0.1, -0.2, 0.5});
@@ -210,8 +210,11 @@ TEST(ContactEkf, IsAsUncertainAsItIsWrong) {
                 force = truth.R.transpose() *
                         (Vector3d(std::sin(5 * t), std::cos(4 * t), 0.5 * std::sin(6 * t)) - truth.gravity);
             const double root = std::sqrt(dt);
-            filter.predict(omega + truth.gyroscope_bias + draw(noise.gyroscope / root),
-                           force + truth.accelerometer_bias + draw(noise.accelerometer / root), dt);
+            // Drawn one after the other, as the order of arguments is the compiler's.
+            const Vector3d measured_omega = omega + truth.gyroscope_bias + draw(noise.gyroscope / root),
+                           measured_force =
+                               force + truth.accelerometer_bias + draw(noise.accelerometer / root);
+            filter.predict(measured_omega, measured_force, dt);
             truth.predict(omega + truth.gyroscope_bias, force + truth.accelerometer_bias, dt);
             truth.gyroscope_bias += draw(noise.gyroscope_bias * root);
             truth.accelerometer_bias += draw(noise.accelerometer_bias * root);
@@ -219,14 +222,14 @@ TEST(ContactEkf, IsAsUncertainAsItIsWrong) {
                 if (truth.is_standing[foot] != 0.0) truth.d.col(foot) += draw(noise.contact * root);
         }
         at_start += xi.head<3>().norm() / runs;
-        // What is observable is known far better than at the start.
-        EXPECT_LT((truth.R.transpose() * Vector3d::UnitZ() - filter.R.transpose() * Vector3d::UnitZ()).norm(),
-                  0.1);
+        tilt += (truth.R.transpose() * Vector3d::UnitZ() - filter.R.transpose() * Vector3d::UnitZ()).norm() /
+                runs;
     }
     nees /= 3 * runs;
     // Deviation of the mean of 120 values, of which 40 are independent: sqrt(30/40) at most.
     EXPECT_NEAR(nees, 15.0, 3.0 * std::sqrt(30.0 / 40.0)) << at_start;
     EXPECT_LE(outside, 4);
+    EXPECT_LT(tilt, at_start / 3) << "what is observable is known far better than at the start";
 }
 
 } // namespace bf::dynamics::test

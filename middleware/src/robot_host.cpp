@@ -86,6 +86,8 @@ void RobotHost::step() noexcept {
         heed();
         if (session_ != 0 && options_.watchdog > 0 && now() - heard_ > options_.watchdog)
             let_go(Event::silent);
+        else if (session_ != 0 && options_.idle_after > 0 && now() - referred_ > options_.idle_after)
+            suspend();
     }
     obey();
 }
@@ -120,7 +122,9 @@ void RobotHost::show(double time) noexcept {
     state_[RobotLayout::time] = time;
     const double mode = state_[RobotLayout::mode];
     state_[RobotLayout::other] =
-        mode < 0 ? -1 : robot_.joint_in_other_mode(static_cast<ControlMode>(static_cast<int>(mode)));
+        mode < 0 || is_suspended_
+            ? -1
+            : robot_.joint_in_other_mode(static_cast<ControlMode>(static_cast<int>(mode)));
     const auto put = [&](int where, const Eigen::VectorXd& values) {
         std::copy(values.begin(), values.end(), state_.begin() + where);
     };
@@ -200,19 +204,13 @@ void RobotHost::obey() noexcept {
     if (command_[RobotLayout::mode_count] != modes_set_ && command_[RobotLayout::mode_count] != 0) {
         modes_set_ = command_[RobotLayout::mode_count];
         references_ = 0;
-        const bool is_known =
-            mode >= 0 && mode < mode_count && (description_.modes >> static_cast<int>(mode) & 1);
-        const auto asked = static_cast<ControlMode>(is_known ? static_cast<int>(mode) : 0);
-        if (is_known && robot_.set_mode(asked) &&
-            (!(command_[RobotLayout::limit] > 0) ||
-             robot_.set_trajectory_limit(asked, command_[RobotLayout::limit])))
-            state_[RobotLayout::mode] = mode;
-        else
-            refuse(Refusal::mode);
+        if (!set_mode()) refuse(Refusal::mode);
     }
     if (command_[RobotLayout::references] != references_ && state_[RobotLayout::mode] == mode &&
         modes_set_ != 0) {
         references_ = command_[RobotLayout::references];
+        referred_ = now();
+        if (is_suspended_ && !set_mode()) refuse(Refusal::mode);
         const double* given = &command_[RobotLayout::command_head];
         values_ = Eigen::Map<const Eigen::VectorXd>(given, at_.n);
         if (!are_finite(given, at_.n) ||
@@ -220,6 +218,32 @@ void RobotHost::obey() noexcept {
             refuse(Refusal::references);
     }
     state_[RobotLayout::commands] = command_[RobotLayout::number];
+}
+
+/// That which the controller asks for.
+bool RobotHost::set_mode() noexcept {
+    const double mode = command_[RobotLayout::mode_asked], limit = command_[RobotLayout::limit];
+    if (!(mode >= 0 && mode < mode_count) || !(description_.modes >> static_cast<int>(mode) & 1))
+        return false;
+    const auto asked = static_cast<ControlMode>(static_cast<int>(mode));
+    if (!robot_.set_mode(asked) || (limit > 0 && !robot_.set_trajectory_limit(asked, limit))) return false;
+    state_[RobotLayout::mode] = mode;
+    referred_ = now();
+    is_suspended_ = false;
+    return true;
+}
+
+/// Joints that live from references wait for them as those of a controller that is gone; the mode that is
+/// shown stays the one that is asked for.
+void RobotHost::suspend() noexcept {
+    const double mode = state_[RobotLayout::mode];
+    if (is_suspended_ || modes_set_ == 0 || mode == static_cast<int>(ControlMode::position) ||
+        mode == static_cast<int>(ControlMode::position_direct))
+        return;
+    take_joints(options_.on_loss);
+    state_[RobotLayout::mode] = mode;
+    is_suspended_ = true;
+    tell(Event::idle);
 }
 
 void RobotHost::obey_settings() noexcept {
@@ -270,6 +294,7 @@ void RobotHost::let_go(Event why) noexcept {
         show_gains();
     }
     if (modes_set_ != 0) take_joints(options_.on_loss); // which nobody else has commanded
+    is_suspended_ = false;
     modes_set_ = references_ = 0;
     last_session_ = std::exchange(session_, 0);
     state_[RobotLayout::owner] = 0;

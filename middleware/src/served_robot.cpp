@@ -44,6 +44,9 @@ class Hosted final : public ServedRobot {
         case RobotHost::Event::died: return "the controller has died" + then;
         case RobotHost::Event::silent:
             return "no command for " + Value(options_.watchdog).describe() + " s" + then;
+        case RobotHost::Event::idle:
+            return "no references for " + Value(options_.idle_after).describe() + " s" + then +
+                   " until some come";
         case RobotHost::Event::refused: return "a command was refused";
         }
         return "";

@@ -176,13 +176,23 @@ class TopicRobot final : public toolbox::RobotConnection {
     /// is a step, and where there is none it is asked for one.
     bool advance(int steps) noexcept {
         for (; steps > 0; --steps) {
+            const double before = due_;
+            const auto is_back = [&] { return time() < before - options_.step_size / 2; };
             due_ += options_.step_size;
             const bool is_asked = std::exchange(is_written_, false) || topics_->step();
             is_driver_ |= is_asked;
             if (is_asked)
                 bell_.wait(
-                    longest_step, [&] { return are_there(); }, 0);
+                    longest_step, [&] { return are_there() || is_back(); }, 0);
             if (is_asked && are_there()) continue;
+            if (is_back()) {
+                std::snprintf(
+                    error_, sizeof error_,
+                    "has begun again, as its time went back from t = %.9g s to t = %.9g s; start this run "
+                    "anew",
+                    before, time());
+                return false;
+            }
             std::string why = topics_->refusal();
             if (ErrorText left_out; why.empty()) say_left_out(left_out), why = left_out;
             std::snprintf(error_, sizeof error_, "does not go on from t = %.9g s%s%s", time(),

@@ -121,7 +121,7 @@ class Served {
     double time() const { return time_; } ///< also while its thread runs
 
     std::string events() {
-        static const char* const names[] = {"came", "left", "died", "silent", "refused"};
+        static const char* const names[] = {"came", "left", "died", "silent", "refused", "idle"};
         std::string text;
         for (RobotHost::Event event; host->take_event(event);)
             text += (text.empty() ? "" : " ") + std::string(names[static_cast<int>(event)]);

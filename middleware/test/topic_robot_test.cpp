@@ -473,6 +473,27 @@ TEST(ThreadedRobot, DoesTheLastStepToItsEndWhereItIsLed) {
     EXPECT_EQ(done, 6) << "the first step of the next run is its last";
 }
 
+/// As where somebody else asks a robot that stands still between steps to begin again.
+TEST(TopicRobot, SaysThatItHasBegunAgainWhereItIsLed) {
+    const auto tell = [](const Network& network, double stamp) {
+        network.tell({"hip", "knee"}, {1, 2}, {0, 0}, {0, 0}, stamp);
+    };
+    Driven driven([&](const Network& network) { tell(network, 0.5); }, 5, 0.001);
+    driven.network.go_on = [&] { tell(driven.network, 0); };
+    const Owner owner;
+    RemoteConnection robot(make_threaded_link("robot", std::move(driven.driver), owner.thread),
+                           {.joints = {"hip", "knee"}});
+    robot.set_period(0.001);
+    robot.start();
+    ASSERT_TRUE(robot.set_mode(ControlMode::torque)) << robot.error();
+    ASSERT_TRUE(robot.write(ControlMode::torque, Eigen::Vector2d(1, 1))) << robot.error();
+    robot.end_step();
+    EXPECT_FALSE(robot.begin_step());
+    EXPECT_STREQ(robot.error(),
+                 "robot: it has begun again, as its time went back from t = 0.5 s to t = 0 s; start "
+                 "this run anew; the last state is of t = 0.5 s");
+}
+
 TEST(TopicRobot, IsNotDrivenByTwo) {
     Driven robot(well);
     robot.network.other_driver = [] { return "/other"; };

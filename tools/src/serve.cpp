@@ -50,6 +50,7 @@ class ServedRobots final : public Run::Observer {
         const middleware::HostOptions host{.waits = !options.realtime.is_asked,
                                            .is_once = options.is_once,
                                            .watchdog = options.silence,
+                                           .idle_after = options.silence,
                                            .on_loss = options.on_loss == "limp" ? middleware::OnLoss::limp
                                                                                 : middleware::OnLoss::hold,
                                            .goes_on = [this] {
@@ -232,8 +233,8 @@ void add_serve(CLI::App& app) {
         command
             ->add_option(
                 "--silence", options->silence,
-                "with --realtime: take the joints back after so many s without a command; 0: never (0.2 by "
-                "default)")
+                "with --realtime: take the joints back after so many s without a command, and let them wait "
+                "where torques, velocities, PWM or currents do not come again; 0: never (0.2 by default)")
             ->check(between(0, 1e6))
             ->type_name("S");
     options->realtime.add_to(*command);

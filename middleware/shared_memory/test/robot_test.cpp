@@ -320,6 +320,48 @@ TEST(SharedMemoryRobot, IsTakenBackFromASilentController) {
     EXPECT_EQ(served.events(), "") << "the old controller is not heard any more";
 }
 
+/// The part of a diagram that commands may be disabled, and enabled again. Positions stay what they are.
+TEST(SharedMemoryRobot, HoldsJointsThatAreGivenNoReferencesUntilSomeComeAgain) {
+    using Mode = toolbox::ControlMode;
+    const auto part = [](const std::string& mode) {
+        return "  u: {block: Constant, value: [0.3 -0.2 0.2]}\n"
+               "  part:\n    execution: enabled\n    inputs: [u]\n    blocks:\n"
+               "      drive: {block: WholeBodyToolbox/SetReferences, control_type: " +
+               mode + "}\n    connections: {u: drive}\n";
+    };
+    for (const auto& [name, mode, is_limp, without] :
+         {std::tuple("Velocity", Mode::velocity, false, Mode::position),
+          std::tuple("Torque", Mode::torque, false, Mode::position),
+          std::tuple("Velocity", Mode::velocity, true, Mode::torque),
+          std::tuple("Position Direct", Mode::position_direct, false, Mode::position_direct)}) {
+        HostOptions options;
+        options.waits = false;
+        options.idle_after = 0.05;
+        if (is_limp) options.on_loss = middleware::OnLoss::limp;
+        Served served("idle", diagram(icub + icub_world), options);
+        ASSERT_TRUE(served.step());
+        Running remote(diagram(icub + icub_at("idle", ", clock: own") + part(name),
+                               "  u: part.u\n  on: part.enable\ninputs: [on]\n"));
+        const auto steps = [&](bool is_on) { // 0.1 s
+            remote.set("on", is_on);
+            for (int k = 0; k < 10; ++k) {
+                ASSERT_TRUE(remote.step()) << remote.simulation.failure();
+                ASSERT_TRUE(served.step());
+                std::this_thread::sleep_for(std::chrono::milliseconds(10));
+            }
+        };
+        const auto is_in = [&](Mode asked) { return served.robot->joint_in_other_mode(asked) < 0; };
+        for (const std::string came : {"came", ""}) {
+            steps(true);
+            EXPECT_TRUE(is_in(mode)) << name;
+            EXPECT_EQ(served.events(), came) << name;
+            steps(false);
+            EXPECT_TRUE(is_in(without)) << name;
+            EXPECT_EQ(served.events(), mode == without ? "" : "idle") << name;
+        }
+    }
+}
+
 TEST(SharedMemoryRobot, HoldsItsJointsUntilAControllerWasLostAndIsLimpThenWhereThatIsAsked) {
     HostOptions options;
     options.waits = false;

@@ -56,8 +56,11 @@ struct HostOptions {
     /// The robot's time stands still until a controller says how far it may go; otherwise it runs by a clock.
     bool waits = true;
     bool is_once = false; ///< it waits for the first controller alone, not for one after it
-    double watchdog =
-        0.2; ///< s without a command until the joints are taken back, where it does not wait; 0: never
+    /// s without a command until the joints are taken back, where it does not wait; 0: never
+    double watchdog = 0.2;
+    /// s without references until joints that live from them, all but those in the modes of positions, wait
+    /// for the next ones as after a loss, where it does not wait; 0: never
+    double idle_after = 0;
     OnLoss on_loss = OnLoss::hold;
     /// Asked about twenty times a second while it waits for a controller; false ends the wait.
     std::function<bool()> goes_on = nullptr;
@@ -65,7 +68,9 @@ struct HostOptions {
 
 /// Serves a running robot, step by step. A controller is whoever sends commands; there is one at a time. When
 /// it ends, is killed or falls silent, the joints are taken back: gains and motor parameters as they were
-/// before it came, and the mode of OnLoss.
+/// before it came, and the mode of OnLoss. One that goes on, but gives no references where joints live from
+/// them, as the part of its diagram that commands is not enabled, keeps the robot, whose joints are in the
+/// mode of OnLoss until references come again.
 class RobotHost {
   public:
     /// All outlive the host.
@@ -86,7 +91,7 @@ class RobotHost {
     void reset() noexcept;
 
     /// What happened since the last call, for people, oldest first; from any one thread.
-    enum class Event : std::uint8_t { came, left, died, silent, refused };
+    enum class Event : std::uint8_t { came, left, died, silent, refused, idle };
     bool take_event(Event& event) noexcept;
     /// How many controllers have gone, however they did.
     int gone() const noexcept { return gone_.load(std::memory_order_relaxed); }
@@ -103,6 +108,8 @@ class RobotHost {
     void refuse(Refusal what) noexcept;
     void let_go(Event why) noexcept;
     void take_joints(OnLoss how) noexcept;
+    bool set_mode() noexcept;
+    void suspend() noexcept;
     void tell(Event event) noexcept;
 
     struct Loops {
@@ -124,8 +131,10 @@ class RobotHost {
     double session_ = 0;                    ///< of the controller
     double last_session_ = 0;               ///< of the one before, whose commands are not obeyed any more
     double heard_ = 0;                      ///< when the last command was given, s
+    double referred_ = 0;                   ///< when the last mode or references were, s
     double modes_set_ = 0, references_ = 0; ///< how many of those that it asked for were done
     bool is_leaving_ = false;               ///< it has said farewell, behind what is still to be done
+    bool is_suspended_ = false;             ///< no references came, and the robot is in another mode
     bool is_changed_ = false;               ///< loops are not those of before
     bool are_new_ = false;                  ///< settings, which nobody has obeyed
     std::array<std::atomic<Event>, 64> events_{};

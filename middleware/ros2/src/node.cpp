@@ -124,7 +124,7 @@ Context::~Context() {
 }
 
 double Context::now() const noexcept {
-    if (const double told = told_time; told != by_system) return told;
+    if (const double told = told_time; told != by_system) return std::max(told, 0.0);
     return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
 }
 
@@ -277,7 +277,7 @@ void Node::open() {
     check(rcl_guard_condition_init(&changed_, &context_->context, guard), "ROS 2 does not begin");
     const auto& args = options_.arguments;
     if (std::find(args.begin(), args.end(), "use_sim_time:=true") != args.end()) {
-        context_->told_time = 0;
+        context_->told_time = Context::awaited;
         clock_ =
             subscribe(messages::clock(), "/clock", {1, false}, [context = context_](const void* message) {
                 context->told_time = messages::seconds(static_cast<const messages::Clock*>(message)->clock);

@@ -44,14 +44,14 @@ struct Context {
     ~Context();
     Context(const Context&) = delete;
     Context& operator=(const Context&) = delete;
-    /// s since 1970, by the system or by whoever sends /clock; for use in steps, too.
+    /// s since 1970, by the system or by whoever sends /clock, 0 until somebody does; for use in steps, too.
     double now() const noexcept;
 
     rcl_context_t context = rcl_get_zero_initialized_context();
     rcl_node_t node = rcl_get_zero_initialized_node();
     std::mutex ends; ///< while one of the node is made or ends: rcl notes their types in a map without a lock
-    std::atomic<double> told_time{by_system}; ///< on /clock, s; 0 until it is
-    static constexpr double by_system = -1;
+    std::atomic<double> told_time{by_system}; ///< on /clock, s
+    static constexpr double by_system = -1, awaited = -2;
 };
 
 /// What the waiting thread waits for.

@@ -290,4 +290,18 @@ TEST_F(Ros2Streams, HaveTheTimeOfWhoeverSendsTheClock) {
     EXPECT_EQ(run.scalar("t.y"), std::floor(run.scalar("t.y")));
 }
 
+/// It begins with the first message, however late that is, and not at 0.
+TEST_F(Ros2Streams, AreTheClockOfALoopFromTheFirstTimeThatIsTold) {
+    if (!Peer::is_there()) GTEST_SKIP() << "there is no rclpy";
+    Peer peer({"send", "rosgraph_msgs/msg/Clock", "/clock", "100", "m.clock.sec=100+k"});
+    ASSERT_EQ(peer.line(), "ready");
+    Running run(model(
+        "  t: {block: WholeBodyToolbox/NetworkClock}\n  sync: {block: WholeBodyToolbox/RealTimeSynchronizer, "
+        "clock: network, interval: 3, report: true}\n",
+        "", "", ", use_sim_time: true"));
+    for (int k = 0; k < 4; ++k) ASSERT_TRUE(run.step()) << run.simulation.failure();
+    EXPECT_EQ(run.scalar("sync.overruns"), 0);
+    EXPECT_GE(run.scalar("t.y"), 109) << "three intervals after 100 s at the earliest";
+}
+
 } // namespace bf::ros2::test

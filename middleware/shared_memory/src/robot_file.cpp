@@ -54,9 +54,9 @@ class Making {
 };
 
 /// The lock of one byte, in whatever program.
-struct flock range(int byte) noexcept {
+struct flock range(int byte, short kind) noexcept {
     struct flock lock {};
-    lock.l_type = F_WRLCK;
+    lock.l_type = kind;
     lock.l_whence = SEEK_SET;
     lock.l_start = byte;
     lock.l_len = 1;
@@ -125,14 +125,14 @@ std::string wrong_name(const std::string& name) {
     return "the robot's name is '" + name + "'; write up to 100 letters, digits, '_', '-' and '.'";
 }
 
-bool RobotFile::is_free(int byte) const noexcept {
-    auto lock = range(byte);
-    return fcntl(descriptor_, F_OFD_GETLK, &lock) != 0 || lock.l_type == F_UNLCK;
+bool RobotFile::is_free(int descriptor, int byte) noexcept {
+    auto lock = range(byte, F_WRLCK);
+    return fcntl(descriptor, F_OFD_GETLK, &lock) != 0 || lock.l_type == F_UNLCK;
 }
 
-bool RobotFile::lock(int byte) const noexcept {
-    auto lock = range(byte);
-    return fcntl(descriptor_, F_OFD_SETLK, &lock) == 0;
+bool RobotFile::lock(int descriptor, int byte, short kind) noexcept {
+    auto lock = range(byte, kind);
+    return fcntl(descriptor, F_OFD_SETLK, &lock) == 0;
 }
 
 void RobotFile::attach(int memory) {
@@ -153,23 +153,33 @@ std::size_t RobotFile::place(const RobotDescription& description, std::size_t te
     return end;
 }
 
-void RobotFile::create(const std::string& name, const RobotDescription& description) {
-    close();
-    if (const auto wrong = wrong_name(name); !wrong.empty()) throw std::runtime_error(wrong);
-    const std::string in = folder(), file = in + "/" + name, fresh = file + "~";
-    const Making making(in);
+int RobotFile::make(const std::string& file) const {
+    const std::string fresh = file + "~";
     // What a server has left that was killed nobody uses any more.
-    descriptor_ = ::open(file.c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW);
-    const bool is_served = descriptor_ >= 0 && !is_server_gone();
-    if (descriptor_ >= 0) ::close(std::exchange(descriptor_, -1));
+    const int found = ::open(file.c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW);
+    const bool is_served = found >= 0 && !is_free(found, server_byte);
+    if (found >= 0) ::close(found);
     if (is_served)
         throw std::runtime_error(
             "another program serves a robot of that name; end it, or choose another name");
     unlink(fresh.c_str());
-    descriptor_ = ::open(fresh.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0600);
-    if (descriptor_ < 0) throw system_error("cannot make " + fresh);
+    const int made = ::open(fresh.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0600);
+    if (made < 0) throw system_error("cannot make " + fresh);
+    if (lock(made, server_byte) && pwrite(made, &finder_, sizeof finder_, 0) == sizeof finder_ &&
+        rename(fresh.c_str(), file.c_str()) == 0)
+        return made;
+    const auto error = system_error("cannot make " + file);
+    unlink(fresh.c_str());
+    ::close(made);
+    throw error;
+}
+
+void RobotFile::create(const std::string& name, const RobotDescription& description) {
+    close();
+    if (const auto wrong = wrong_name(name); !wrong.empty()) throw std::runtime_error(wrong);
+    const std::string in = folder(), file = in + "/" + name;
+    const Making making(in);
     try {
-        if (!lock(server_byte)) throw system_error("cannot lock " + fresh);
         text_ = description.text();
         const std::size_t bytes = place(description, text_.size());
         const int memory = shmget(IPC_PRIVATE, bytes, IPC_CREAT | 0600);
@@ -184,23 +194,54 @@ void RobotFile::create(const std::string& name, const RobotDescription& descript
         std::memset(static_cast<void*>(header_), 0, bytes); // it is all there from now on
         finder_ = {Finder::own_magic, memory};
         place(description, text_.size());
-        if (pwrite(descriptor_, &finder_, sizeof finder_, 0) != sizeof finder_)
-            throw system_error("cannot write " + fresh);
-        mend();
-        if (rename(fresh.c_str(), file.c_str()) != 0) throw system_error("cannot make " + file);
+        mend_memory();
+        descriptor_ = make(file);
     } catch (...) {
-        unlink(fresh.c_str());
         close();
         throw;
     }
     made_ = file;
 }
 
+/// Does the name stand for the file that was made here?
+bool RobotFile::is_named() const noexcept {
+    struct stat ours {
+    }, found{};
+    return fstat(descriptor_, &ours) == 0 && stat(made_.c_str(), &found) == 0 &&
+           ours.st_dev == found.st_dev && ours.st_ino == found.st_ino;
+}
+
+/// At the end of a login the system may remove what its user has in memory. A controller that has found the
+/// robot by the file of before knows by it that the server lives, and is known by it, and none is let in
+/// beside it.
+void RobotFile::name_anew() {
+    const Making making(folder());
+    const int made = make(made_);
+    if (removed_ < 0 && !is_free(descriptor_, controller_byte))
+        removed_ = descriptor_;
+    else
+        ::close(descriptor_);
+    descriptor_ = made;
+    if (removed_ >= 0) lock(descriptor_, controller_byte);
+}
+
 void RobotFile::mend() noexcept {
+    if (!is_named()) try {
+            name_anew();
+        } catch (const std::exception&) { // and again the next time
+        }
+    if (removed_ >= 0 && is_free(removed_, controller_byte)) {
+        lock(descriptor_, controller_byte, F_UNLCK);
+        ::close(std::exchange(removed_, -1));
+    }
     Finder found{};
     if (pread(descriptor_, &found, sizeof found, 0) != sizeof found || found.magic != finder_.magic ||
         found.memory != finder_.memory)
         static_cast<void>(pwrite(descriptor_, &finder_, sizeof finder_, 0) < 0); // and again the next time
+    mend_memory();
+}
+
+void RobotFile::mend_memory() noexcept {
     state_->mend();
     gains_->mend();
     auto* text = reinterpret_cast<std::byte*>(header_) + header_bytes;
@@ -246,7 +287,7 @@ bool RobotFile::open(const std::string& name, RobotDescription& description) {
                                      " bytes, and a robot of its joints and "
                                      "sensors has " +
                                      std::to_string(wanted) + "; start its server anew");
-        if (!lock(controller_byte))
+        if (!lock(descriptor_, controller_byte))
             throw std::runtime_error("another program (process " +
                                      std::to_string(header_->controller.load()) +
                                      ") drives it; end that one first");
@@ -261,8 +302,10 @@ bool RobotFile::open(const std::string& name, RobotDescription& description) {
 void RobotFile::close() noexcept {
     for (auto* exchange : {&state_, &gains_, &command_, &settings_}) exchange->reset();
     if (header_) shmdt(std::exchange(header_, nullptr));
-    if (!made_.empty()) unlink(std::exchange(made_, {}).c_str());
-    if (descriptor_ >= 0) ::close(std::exchange(descriptor_, -1));
+    if (!made_.empty() && is_named()) unlink(made_.c_str()); // another server may have one of that name
+    made_.clear();
+    for (int* descriptor : {&descriptor_, &removed_})
+        if (*descriptor >= 0) ::close(std::exchange(*descriptor, -1));
 }
 
 } // namespace bf::shared_memory

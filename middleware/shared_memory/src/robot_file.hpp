@@ -7,6 +7,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <fcntl.h>
 #include <optional>
 #include <string>
 #include <vector>
@@ -59,11 +60,13 @@ class RobotFile {
     void close() noexcept;
 
     /// Of the server: writes anew what somebody has written over of the file, of that by which controllers
-    /// know the memory, and of what was shown.
+    /// know the memory, and of what was shown; makes the file anew where somebody has removed it.
     void mend() noexcept;
 
-    bool is_server_gone() const noexcept { return is_free(server_byte); }
-    bool is_controller_gone() const noexcept { return is_free(controller_byte); }
+    bool is_server_gone() const noexcept { return is_free(descriptor_, server_byte); }
+    bool is_controller_gone() const noexcept {
+        return is_free(descriptor_, controller_byte) && (removed_ < 0 || is_free(removed_, controller_byte));
+    }
 
     /// From the server and from the controller.
     CheckedExchange& state() { return *state_; }
@@ -93,13 +96,19 @@ class RobotFile {
     static constexpr std::size_t header_bytes = 256;
     static_assert(sizeof(Header) <= header_bytes);
 
-    bool is_free(int byte) const noexcept;
-    bool lock(int byte) const noexcept;
+    static bool is_free(int descriptor, int byte) noexcept;
+    static bool lock(int descriptor, int byte, short kind = F_WRLCK) noexcept;
+    /// Of the server: the file of that name, with its lock. Throws std::runtime_error.
+    int make(const std::string& file) const;
+    bool is_named() const noexcept;
+    void name_anew();
+    void mend_memory() noexcept;
     void attach(int memory);
     /// The four vectors for that robot; how many bytes there are, up to their end.
     std::size_t place(const middleware::RobotDescription& description, std::size_t text_bytes);
 
     int descriptor_ = -1;
+    int removed_ = -1; ///< the file that was removed while a controller had found the robot by it
     Finder finder_{};
     Header* header_ = nullptr;
     std::string made_, text_; ///< the file and the description, where it was made here

@@ -11,6 +11,7 @@
 #include <cstdio>
 #include <cstring>
 #include <fcntl.h>
+#include <filesystem>
 #include <random>
 #include <sys/ipc.h>
 #include <sys/shm.h>
@@ -292,6 +293,42 @@ TEST(SharedMemoryRobot, LivesOnWhereItsFileIsMadeShorterOrWrittenOver) {
             }
         }
     }
+}
+
+/// As a system does at the end of a login. The controller that drives it is disturbed in nothing.
+TEST(SharedMemoryRobot, IsFoundAgainWhereItsFileWasRemoved) {
+    const std::string file = folder() + robot_name("removed");
+    Served served("removed", diagram(icub + icub_world));
+    served.run();
+    const auto awaited = [&] {
+        for (int ms = 0; ms < 5000 && !std::filesystem::exists(file); ++ms) usleep(1000);
+        return std::filesystem::exists(file);
+    };
+    const auto wrong = [&] {
+        return refusal(
+            diagram(icub + icub_at("removed", ", start_timeout: 0.2") + controller("Torque"), wires));
+    };
+    {
+        Running remote(diagram(icub + icub_at("removed") + controller("Torque"), wires));
+        ASSERT_TRUE(remote.step()) << remote.simulation.failure();
+        for (int times = 0; times < 2; ++times) {
+            std::filesystem::remove(file);
+            ASSERT_TRUE(awaited());
+            for (int k = 0; k < 5; ++k) ASSERT_TRUE(remote.step()) << remote.simulation.failure();
+            expect_contains(wrong(), "another program (process " + std::to_string(getpid()) + ") drives it");
+            EXPECT_THROW(make_end(robot_name("removed"))->start(one_joint()), std::runtime_error)
+                << "there is one server of a name";
+        }
+    }
+    while (served.host->gone() == 0) std::this_thread::yield();
+    EXPECT_EQ(served.events(), "came left");
+    std::filesystem::remove(file);
+    ASSERT_TRUE(awaited());
+    usleep(100'000); // the controller is known to be gone
+    Running next(diagram(icub + icub_at("removed") + controller("Torque"), wires));
+    EXPECT_TRUE(next.step()) << next.simulation.failure();
+    next.simulation.stop();
+    while (served.host->gone() == 1) std::this_thread::yield();
 }
 
 TEST(SharedMemoryRobot, IsTakenBackFromASilentController) {

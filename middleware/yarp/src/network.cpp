@@ -385,6 +385,7 @@ class Connection final : public toolbox::StreamConnection {
         return serve_clock(name, step_size, Led::once_paused);
     }
     double now() const noexcept override { return os::Time::now(); }
+    bool has_time() const noexcept override { return os::Time::isValid(); }
     void sleep_until(double time) const noexcept override {
         const double left = time - now();
         if (left > 0) os::Time::delay(left);

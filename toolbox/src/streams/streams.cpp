@@ -10,11 +10,13 @@
 #include <algorithm>
 #include <cctype>
 #include <cerrno>
+#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <ctime>
 #include <stdexcept>
+#include <thread>
 
 namespace bf::toolbox {
 
@@ -267,6 +269,7 @@ class RealTimeSynchronizer final : public Block {
     Status output(Now at, Out out) const noexcept override {
         Schedule& s = at[schedule];
         const double T = *interval > 0 ? *interval : at.period();
+        if (s.steps == 0) await_time(at);
         double now = time(at), late = 0;
         if (s.steps == 0) s.begin = now;
         const double due = s.begin + static_cast<double>(s.next) * T;
@@ -305,6 +308,14 @@ class RealTimeSynchronizer final : public Block {
     }
 
   private:
+    /// A simulator that runs already tells no time that steps would be late for.
+    void await_time(Now at) const noexcept {
+        if (network.index() < 0) return;
+        for (int ms = 0; !at[network].has_time() && !is_interrupted(); ++ms) {
+            if (ms == 500) tell_wait("the simulated time of the network, which nobody has told yet");
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        }
+    }
     double time(Now at) const noexcept { return network.index() >= 0 ? at[network].now() : system_time(); }
 };
 

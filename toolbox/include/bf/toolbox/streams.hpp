@@ -86,8 +86,11 @@ class StreamConnection {
                                                                 const std::string& client,
                                                                 double timeout) = 0;
     virtual std::shared_ptr<SimulatorServer> serve_simulator(const std::string& name, double step_size) = 0;
-    /// Time of the network, s: that of the system (since 1970) or a simulated one.
+    /// Time of the network, s: that of the system (since 1970) or a simulated one, which is 0 until it is
+    /// told.
     virtual double now() const noexcept = 0;
+    /// False: its time is a simulated one, and nobody has told it yet.
+    virtual bool has_time() const noexcept { return true; }
     /// Waits until that time.
     virtual void sleep_until(double time) const noexcept = 0;
 };

@@ -113,6 +113,11 @@ TEST(Fcn, SaysWhereAFormulaIsWrong) {
                   make("Fcn", {{"expression", "u*p(2)"}}).wire("u", scalar_size()).start();
               }),
               "parameter 'p' has 1 elements, but the expression reads p(2)");
+    EXPECT_EQ(
+        refusal([&] {
+            make("Fcn", {{"expression", "u*p"}}).wire("u", scalar_size()).wire("p", vector_size(3)).start();
+        }),
+        "the expression reads p, which has 3 elements; write p(1), p(2), ... for each of them");
 }
 
 TEST(Fcn, ReadsUnquotedFormulasOfModels) {

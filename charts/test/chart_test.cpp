@@ -166,6 +166,30 @@ TEST(Charts, HistoriesRememberAndTimersCount) {
     EXPECT_EQ(seen("shallow"), "a b1 b2 off b1 b2 b2 b2 b2 2");
 }
 
+/// SCXML 3.10: "deep" is all that was active in the state when it was left, wherever its history stands.
+TEST(Charts, DeepHistoriesOfParallelStatesRememberRegionsThatAreParallel) {
+    const std::string regions =
+        R"("b": {"states": {"b1": {"transitions": [{"to": "b2", "on": "go"}]}, "b2": {}}},
+                                   "c": {"states": {"c1": {"transitions": [{"to": "c2", "on": "go"}]}, "c2": {}}})";
+    const auto history = [](const std::string& to) {
+        return R"("h": {"history": "deep", "to": ")" + to + R"("})";
+    };
+    const std::string inner = R"("x": {"regions": {)" + regions + "}}";
+    for (const std::string& inside :
+         {history("x") + ", " + inner, history("x") + R"(, "idle": {}, "y": {"regions": {)" + inner + "}}",
+          R"("x": {"regions": {)" + history("b1") + ", " + regions + "}}"}) {
+        Machine m = machine(R"({"events": ["go", "out", "back"], "states": {
+            "p": {"transitions": [{"to": "away", "on": "out"}], "regions": {)" +
+                            inside + R"(}}, "away": {"transitions": [{"to": "h", "on": "back"}]}}})");
+        for (const auto& [event, active] :
+             {std::pair(-1, "b1 c1"), {0, "b2 c2"}, {1, "away"}, {2, "b2 c2"}}) {
+            m.inputs = {{event == 0 ? 1. : 0.}, {event == 1 ? 1. : 0.}, {event == 2 ? 1. : 0.}};
+            EXPECT_TRUE(m.step(0));
+            EXPECT_NE(m.names().find(active), std::string::npos) << inside << m.names();
+        }
+    }
+}
+
 TEST(Charts, SendAtOnceWhatHasAComputedDelayBelowZero) {
     for (const double delay : {0., -1.}) {
         Machine m = machine(R"({"parameters": ["T"], "states": {

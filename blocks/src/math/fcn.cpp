@@ -38,6 +38,9 @@ class Fcn final : public Block {
             inference.refuse("parameter 'p' has " + std::to_string(s->count()) +
                              " elements, but the expression reads p(" + std::to_string(compiled.parameters) +
                              ")");
+        if (const Size* s = inference.size(p); s && s->count() > 1 && compiled.is_parameter_whole)
+            inference.refuse("the expression reads p, which has " + std::to_string(s->count()) +
+                             " elements; write p(1), p(2), ... for each of them");
         std::vector<int> operands;
         for (int i = 0; i < u.size(); ++i) {
             const auto n = static_cast<std::size_t>(i);

@@ -36,6 +36,7 @@ matlab::Instruction read(const matlab::Formula& slot, Formula& formula) {
     const int index = is_fixed ? static_cast<int>(slot.places[0]) : 0;
     if (slot.slot == 0) {
         formula.parameters = std::max(formula.parameters, index + 1);
+        formula.is_parameter_whole = formula.is_parameter_whole || !is_fixed;
         return {static_cast<double>(kernels::Operation::parameter), double(index), 0};
     }
     const auto input = static_cast<std::size_t>(slot.slot) - 1;

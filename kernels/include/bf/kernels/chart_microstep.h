@@ -127,16 +127,19 @@ static void chart_leave(chart_step *chart, int32_t top)
     }
 }
 
+// Was it left before, by a compound state that has noted it: the state itself, or the first ones inside of a
+// parallel state, whose regions may be parallel, too?
 static bool chart_remembers(const chart_step *chart, int32_t s)
 {
-    int32_t child = chart_state(chart, s, chart_first_child);
+    const int32_t end = chart_state(chart, s, chart_last_descendant);
+    int32_t d = s;
     bool is_known = false;
-    if (chart_is(chart, s, chart_compound)) {
-        return chart_last_child(chart, s) != 0;
-    }
-    while ((child != 0) && (!is_known)) {
-        is_known = chart_is(chart, child, chart_compound) && (chart_last_child(chart, child) != 0);
-        child = chart_state(chart, child, chart_next_sibling);
+    while ((d <= end) && (!is_known)) {
+        if (chart_is(chart, d, chart_compound)) {
+            is_known = chart_last_child(chart, d) != 0;
+            d = chart_state(chart, d, chart_last_descendant);
+        }
+        d = d + 1;
     }
     return is_known;
 }

@@ -81,6 +81,7 @@ std::vector<Tuning::Variable> Tuning::variables() const {
                              {value.data(), value.data() + value.numel()},
                              static_cast<int>(value.rows()),
                              static_cast<int>(value.cols()),
+                             value.is_logical(),
                              definition.limits,
                              definition.unit,
                              definition.about()});

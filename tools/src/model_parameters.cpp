@@ -36,6 +36,7 @@ class Served final : public ModelParameters, public middleware::ParameterSource 
             added.name = its.path;
             added.doc = with_unit(its.about, its.unit);
             added.fixed = its.fixed;
+            if (its.is_logical) added.kind = ServedParameter::Kind::truth;
             added.values = its.values;
             note(its.limits, added);
         }

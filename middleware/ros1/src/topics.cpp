@@ -62,7 +62,9 @@ void add_topics(Library& library) {
             "Publish",
             "Publishes a message of any type that is installed in each step; the node's thread sends it, the "
             "newest where several are left. Its fields are ports: numbers, vectors of geometry, arrays, of "
-            "any length where the type allows it, times and durations as s; what is wired to none is zero. "
+            "any length where the type allows it, times and durations as s; what is wired to none is zero, "
+            "but "
+            "arrays of any length, which are wired or left out by `fields`. "
             "Numbers that a field cannot hold become the nearest that it can. Lists of messages are empty. "
             "Errors: no such type, field or name of a topic.")
         .add<Subscribe>(

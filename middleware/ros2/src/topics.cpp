@@ -88,7 +88,8 @@ void add_topics(Library& library) {
             "Publishes a message of any type that is installed in each step; the node's thread sends "
             "it, the newest where several are left. Its fields are ports: numbers, vectors of "
             "geometry, arrays, of any length where the type allows it, times as s; what is "
-            "wired to none keeps the type's default. Numbers that a field cannot hold become the "
+            "wired to none keeps the type's default, but arrays of any length, which are wired or left out "
+            "by `fields`. Numbers that a field cannot hold become the "
             "nearest that it can. Lists of messages are left out. "
             "Errors: no such type, field or name of a topic; more elements than a field has.")
         .add<Subscribe>(

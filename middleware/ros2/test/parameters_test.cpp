@@ -28,7 +28,9 @@ step: 0.001
 variables:
   K: {value: 2, minimum: 0, maximum: 10, doc: of both}
   T: 0.002
+  on: true
 blocks:
+  b: {block: Constant, value: on}
   w: {block: Constant, value: "K*[1 2]"}
   s: {block: Sine, period: T}
   a: {block: Gain, K: 3}
@@ -43,9 +45,9 @@ record: [a.y]
     const auto first = answers("/lab/model", {"c.list_parameters()", "c.list_parameters(['w'], 1)",
                                               "c.get_parameters(['K', 'w.value', 'a.K', 'none'])",
                                               "c.describe_parameters(['K', 'T', 'w.value'])",
-                                              "c.get_parameter_types(['K', 'w.value'])"});
-    expect_contains(first[0], "names=['K', 'T', 'w.value', 's.");
-    expect_contains(first[0], "'a.K'], prefixes=['a', 's', 'w']");
+                                              "c.get_parameter_types(['K', 'w.value', 'on', 'b.value'])"});
+    expect_contains(first[0], "names=['K', 'T', 'on', 'b.value', 'w.value', 's.");
+    expect_contains(first[0], "'a.K'], prefixes=['a', 'b', 's', 'w']");
     expect_contains(first[1], "names=['w.value']");
     expect_contains(first[2], "type=3, bool_value=False, integer_value=0, double_value=2.0");
     expect_contains(first[2], "double_array_value=[2.0, 4.0]");
@@ -53,7 +55,7 @@ record: [a.y]
     expect_contains(first[3], "name='K', type=3, description='of both', additional_constraints=");
     expect_contains(first[3], "FloatingPointRange(from_value=0.0, to_value=10.0, step=0.0)");
     expect_contains(first[3], "read_only=True");
-    expect_contains(first[4], "types=[3, 8]");
+    expect_contains(first[4], "types=[3, 8, 1, 1]");
 
     const auto set = answers(
         "/lab/model",
@@ -62,8 +64,8 @@ record: [a.y]
          "c.set_parameters([P('w.valeu', 3.0), P('a.K', -1)])", "c.set_parameters([P('K', 'much')])",
          "c.set_parameters([P('w.value', [1.0, 2.0, 3.0])])",
          "c.set_parameters_atomically([P('a.K', 7.0), P('K', -1.0)])", "c.get_parameters(['a.K', 'K'])",
-         "c.set_parameters_atomically([P('a.K', 7.0), P('K', 1.0)])",
-         "c.get_parameters(['a.K', 'w.value'])"});
+         "c.set_parameters_atomically([P('a.K', 7.0), P('K', 1.0)])", "c.get_parameters(['a.K', 'w.value'])",
+         "c.set_parameters([P('on', False)])", "c.get_parameters(['b.value'])"});
     expect_contains(set[0], "successful=True");
     expect_contains(set[1], "double_value=5.0");
     expect_contains(set[1], "double_array_value=[5.0, 10.0]");
@@ -80,6 +82,8 @@ record: [a.y]
     expect_contains(set[9], "successful=True");
     expect_contains(set[10], "double_value=7.0");
     expect_contains(set[10], "double_array_value=[1.0, 2.0]");
+    expect_contains(set[11], "successful=True");
+    expect_contains(set[12], "type=1, bool_value=False");
     std::string event;
     for (int k = 0; k < 50 && event.find("/lab/model") == std::string::npos; ++k) event = events.line();
     expect_contains(event, "node='/lab/model'");

@@ -38,6 +38,7 @@ class Tuning {
         std::string fixed; ///< why it cannot be changed; empty: it can
         std::vector<double> values;
         int rows, cols;
+        bool is_logical;
         Limits limits;
         std::string unit, about;
     };

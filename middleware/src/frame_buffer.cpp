@@ -24,7 +24,9 @@ std::string defect_of(const FrameMessage& message) {
         return where + "is of a frame without a name";
     if (without_slash(message.child) == without_slash(message.parent))
         return where + "is of a frame in itself";
-    if (!message.pose.p.allFinite() || !message.pose.q.coeffs().allFinite()) return where + "is not finite";
+    constexpr double farthest = 1e150; // m, so that a path of poses stays finite
+    if (!(message.pose.p.array().abs() < farthest).all() || !message.pose.q.coeffs().allFinite())
+        return where + "is not finite, or farther than a pose can be";
     if (std::abs(message.pose.q.squaredNorm() - 1) > tolerance)
         return where + "has a quaternion that is not of unit length";
     return "";

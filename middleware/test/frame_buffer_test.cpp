@@ -233,7 +233,9 @@ TEST(FrameBuffer, LeavesOutWhatIsNoTransform) {
     EXPECT_EQ(frames.tell("base", "base", 1), "the pose of 'base' in 'base' is of a frame in itself");
     EXPECT_EQ(frames.tell("/base", "base", 1), "the pose of 'base' in '/base' is of a frame in itself");
     EXPECT_EQ(frames.tell("base", "", 1), "the pose of '' in 'base' is of a frame without a name");
-    EXPECT_EQ(frames.tell("world", "base", 1, shifted(nan)), "the pose of 'base' in 'world' is not finite");
+    for (const double x : {nan, 1e308, -1e308})
+        EXPECT_EQ(frames.tell("world", "base", 1, shifted(x)),
+                  "the pose of 'base' in 'world' is not finite, or farther than a pose can be");
     EXPECT_EQ(frames.tell("world", "base", 1, {Quaterniond(0, 0, 0, 0), {0, 0, 0}}),
               "the pose of 'base' in 'world' has a quaternion that is not of unit length");
     EXPECT_EQ(frames.why("world", "base"), "no frames are told");

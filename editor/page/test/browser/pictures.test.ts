@@ -128,7 +128,7 @@ describe.skipIf(!is_there || !command || !source)("the page looks as it did:", (
     await page.getByRole("button", { name: /mistake/ }).click();
     await looks_like("mistakes");
   });
-  test("the palette", async () => {
+  test.skipIf(!has_robots)("the palette, which finds blocks of the toolbox, too", async () => {
     await open("docs/start/motor.yaml");
     await page.keyboard.press("Control+k");
     await page.keyboard.type("integrat");

@@ -280,6 +280,23 @@ TEST(Streams, LeaveNoFileBehind) {
     EXPECT_NE(access(file.c_str(), F_OK), 0);
 }
 
+TEST(Streams, GoOnWhereTheirFileWasRemovedAndLeaveThatOfOthersAlone) {
+    const std::string file = folder("removed") + "/%2frobot%2fstate";
+    {
+        Running writer(writing("removed", 1));
+        Running reader(reading("removed", ""));
+        unlink(file.c_str());
+        writer.set("u", 7.0);
+        ASSERT_TRUE(writer.step() && reader.step());
+        EXPECT_EQ(reader.scalar("x.y"), 7);
+        Running next(writing("removed", 1));
+        writer.simulation.stop();
+        reader.simulation.stop();
+        EXPECT_EQ(access(file.c_str(), F_OK), 0) << "which is the next one's";
+    }
+    EXPECT_NE(access(file.c_str(), F_OK), 0);
+}
+
 TEST(Streams, AreNeverTorn) {
     Running writer(writing("torn", 1000));
     Running reader(reading("torn", ", size: 1000"));

@@ -94,9 +94,7 @@ Segment::Segment(const std::filesystem::path& folder, const std::string& name, i
         if (descriptor_ < 0)
             throw failure(name, "cannot open " + file_.string() + ": " + std::strerror(errno));
         // The last one to close a file locks it against all others while deleting it.
-        struct stat opened = {}, present = {};
-        if (!lock(descriptor_, life_byte, F_RDLCK) || fstat(descriptor_, &opened) != 0 ||
-            stat(file_.c_str(), &present) != 0 || opened.st_ino != present.st_ino) {
+        if (!lock(descriptor_, life_byte, F_RDLCK) || !is_named()) {
             ::close(descriptor_);
             continue;
         }
@@ -115,9 +113,14 @@ Segment::Segment(const std::filesystem::path& folder, const std::string& name, i
     written_ = newest(); // of a writer before
 }
 
+bool Segment::is_named() const noexcept {
+    struct stat ours = {}, found = {};
+    return fstat(descriptor_, &ours) == 0 && stat(file_.c_str(), &found) == 0 && ours.st_ino == found.st_ino;
+}
+
 void Segment::close() noexcept {
     if (descriptor_ < 0) return;
-    if (lock(descriptor_, life_byte, F_WRLCK)) {
+    if (is_named() && lock(descriptor_, life_byte, F_WRLCK)) {
         unlink(file_.c_str());
         rmdir(file_.parent_path().c_str()); // which does nothing while there are others
     }

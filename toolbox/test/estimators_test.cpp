@@ -80,8 +80,9 @@ TEST(MomentumObserverBlock, FindsThePushOnAHandThatMoves) {
     Vector3 mean = Vector3::Zero();
     for (int k = 0; k < 500; ++k) {
         ASSERT_TRUE(run.step()) << run.simulation.failure();
-        if (k >= 100) EXPECT_LT((run.get("x.f_r_hand").topRows<3>() - force).norm(), 0.3) << k;
-        if (k >= 100) mean += run.get("x.f_r_hand").topRows<3>() / 400;
+        if (k < 100) continue;
+        EXPECT_LT((run.get("x.f_r_hand").topRows<3>() - force).norm(), 0.3) << k;
+        mean += run.get("x.f_r_hand").topRows<3>() / 400;
     }
     EXPECT_LT((mean - force).norm(), 0.03 * force.norm());
 }
@@ -143,9 +144,12 @@ TEST(LegOdometryBlock, FollowsTheBaseOverFeetThatTakeTurns) {
         const Eigen::Vector2d away = distance(run.get("x.w_H_b"), run.get("world.w_H_b"));
         EXPECT_LT(away[0], 3e-3) << k;
         EXPECT_LT(away[1], 1e-2) << k;
-        if (k > 50)
-            EXPECT_LT((run.get("x.v_b") - run.get("world.v_b")).norm(), 0.1) << k; // after the first jerk
-        if (k / 100 % 3 == 1 && k % 100 > 2) EXPECT_EQ(run.scalar("x.stance"), 2);
+        if (k > 50) { // after the first jerk
+            EXPECT_LT((run.get("x.v_b") - run.get("world.v_b")).norm(), 0.1) << k;
+        }
+        if (k / 100 % 3 == 1 && k % 100 > 2) {
+            EXPECT_EQ(run.scalar("x.stance"), 2);
+        }
         moved = std::max(moved, (run.get("world.w_H_b") - begin).norm());
     }
     EXPECT_GT(moved, 3e-3) << "there was something to follow";
@@ -284,8 +288,8 @@ TEST(ContactEkfBlock, IsAsSureAsItIsRight) {
     // varies widely.
     std::mt19937 random(1);
     std::normal_distribution<double> normal;
-    const auto about = [&](double deviation) {
-        return deviation * Vector3(normal(random), normal(random), normal(random));
+    const auto about = [&](double deviation) -> Vector3 {
+        return deviation * Vector3{normal(random), normal(random), normal(random)}; // in this order
     };
     const Eigen::Matrix<double, 5, 1> deviation{0.05, 0.05, 0.001, 0.01, 0.05};
     double mean = 0, largest_tilt = 0, largest_speed = 0;

@@ -76,7 +76,9 @@ TEST_F(Ros2Node, HasSocketsOfThisComputerAndNothingElse) {
         EXPECT_EQ(address.substr(0, 8), "0100007F") << line; // 127.0.0.1
     }
     EXPECT_GE(count, 3) << "of discovery and of data";
-    if (middleware::test::has_own_shared_memory) EXPECT_EQ(names(), before);
+    if (middleware::test::has_own_shared_memory) {
+        EXPECT_EQ(names(), before);
+    }
 }
 
 /// rcl notes the types of a node's ends in a map without a lock.

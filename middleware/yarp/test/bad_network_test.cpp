@@ -101,7 +101,9 @@ TEST_F(YarpBadNetwork, TurnsNothingRoundAndLeadsARobotToItsTarget) {
             for (int k = 0; k < 20'000 && run.get("world.s")(1) > -0.8; ++k) {
                 ASSERT_TRUE(run.step()) << carrier << ": " << run.simulation.failure();
                 const double next = run.get("world.s")(1);
-                if (knee < -0.2) EXPECT_LE(next, knee + 1e-9) << carrier;
+                if (knee < -0.2) {
+                    EXPECT_LE(next, knee + 1e-9) << carrier;
+                }
                 if (next < -0.2 && next > -0.8) { // it has its velocity, and is not at its limit
                     EXPECT_NEAR(run.get("world.s_dot")(1), -0.4, 0.05) << carrier;
                     seen += next != knee;

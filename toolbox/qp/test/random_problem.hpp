@@ -13,8 +13,8 @@ inline constexpr double infinity = std::numeric_limits<double>::infinity();
 struct Owned {
     Eigen::MatrixXd H;
     Eigen::VectorXd g;
-    Eigen::MatrixXd A;
-    Eigen::VectorXd lbA, ubA, lb, ub;
+    Eigen::MatrixXd A{};
+    Eigen::VectorXd lbA{}, ubA{}, lb{}, ub{};
 
     Problem problem() const { return {H, g, A, lbA, ubA, lb, ub}; }
     double objective(const Eigen::VectorXd& x) const { return 0.5 * x.dot(H * x) + g.dot(x); }

@@ -209,7 +209,9 @@ TEST(JointTrajectory, FollowsAMovingTargetInAnyUnit) {
             const double target = 0.8 * std::sin(6.0 * k * period);
             ASSERT_EQ(follow(metres, target), Status::planned) << unit << ' ' << k;
             ASSERT_EQ(follow(motion, target * unit), Status::planned) << unit << ' ' << k;
-            if (unit == 1024.0) ASSERT_EQ(motion.question.position, unit * metres.question.position) << k;
+            if (unit == 1024.0) {
+                ASSERT_EQ(motion.question.position, unit * metres.question.position) << k;
+            }
         }
         EXPECT_NEAR(motion.question.position[0] / unit, metres.question.position[0], 1e-4) << unit;
     }

@@ -1,5 +1,6 @@
 #include "node.hpp"
 
+#include "bf/core/interrupt.hpp"
 #include "bf/middleware/ending.hpp"
 #include "master.hpp"
 #include "names.hpp"
@@ -80,6 +81,18 @@ void keep_to_this_computer() {
     }
 }
 
+/// Who asks the node to end, as `rosnode kill` and the master where another one has its name, asks for the
+/// end of the run, which gives robots back and tells the master. roscpp itself would send nothing from then
+/// on.
+void end_by_the_run() {
+    auto& calls = *ros::XMLRPCManager::instance();
+    calls.unbind("shutdown");
+    calls.bind("shutdown", [](XmlRpc::XmlRpcValue&, XmlRpc::XmlRpcValue& answer) {
+        if (!interrupt()) ros::requestShutdown();
+        answer = ros::xmlrpc::responseInt(1, "", 0);
+    });
+}
+
 void begin_session(const NodeOptions& options) {
     // What fails is told by exceptions.
     ros::console::set_logger_level(ROSCONSOLE_ROOT_LOGGER_NAME, ros::console::levels::Fatal);
@@ -92,6 +105,7 @@ void begin_session(const NodeOptions& options) {
     // It sees programs of this computer alone, unless it is told otherwise.
     if (std::getenv("ROS_HOSTNAME") == nullptr && std::getenv("ROS_IP") == nullptr)
         arguments["__hostname"] = "localhost";
+    master_of_environment(); // roscpp ends the program where that is none
     try {
         ros::init(arguments, options.name, ros::init_options::NoSigintHandler);
     } catch (const ros::Exception& error) {
@@ -104,6 +118,7 @@ void begin_session(const NodeOptions& options) {
                                  "' of ROS 1; end it, or give this one another name or namespace");
     ros::master::setRetryTimeout(ros::WallDuration(5)); // otherwise calls wait for a master that is gone
     ros::start();
+    end_by_the_run();
     const std::string host = ros::network::getHost();
     try {
         if (host == "localhost" || host.starts_with("127.")) keep_to_this_computer();

@@ -14,6 +14,7 @@ peer.py effort NAMESPACE KP KD N     drives a served robot to 0 by efforts, a co
 peer.py path NAMESPACE JOINT X       sends a trajectory to X, and prints where the joint is when it is there
 peer.py call NAME TYPE EXPR          calls a service with what EXPR makes of r, and prints the answer
 peer.py offer NAME TYPE EXPR         offers a service that answers what EXPR makes of a, for the request r and its number k
+peer.py kill NODE                    asks a node to end, as rosnode does
 peer.py robot NAMESPACE JOINT...     is a robot: integrates commands of efforts (as accelerations) and velocities, takes positions
                                      and ways at once, tells its joints in the other order; prints "let go" at zeros after others
 """
@@ -24,6 +25,7 @@ import math
 import queue
 import sys
 import time
+import xmlrpc.client
 
 import genpy.dynamic
 import rosbag
@@ -69,6 +71,10 @@ def send(name, topic, rate, expression):
         publisher.publish(m)
         k += 1
         time.sleep(1 / float(rate))
+
+
+def kill(node):
+    xmlrpc.client.ServerProxy(rosgraph.Master("/peer").lookupNode(node)).shutdown("/peer", "user request")
 
 
 def legal(*names):

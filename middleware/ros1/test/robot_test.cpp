@@ -54,6 +54,24 @@ TEST_F(Ros1Robot, IsDrivenInEachModeAndLetGo) {
     EXPECT_EQ(peer.line(), "way 2.291831181") << "0.4 rad at 10 degrees per second";
 }
 
+/// `rosnode kill` leaves no actuator moving.
+TEST_F(Ros1Robot, IsLetGoWhereTheNodeIsAskedToEnd) {
+    Peer peer({"robot", "/killed", "hip", "knee"});
+    ASSERT_EQ(peer.line(), "ready");
+    Peer commands({"echo", "std_msgs/Float64MultiArray", "/killed/effort_controller/command", "1"});
+    ASSERT_EQ(commands.line(), "ready");
+    const Folder folder;
+    Program run({BF_PROGRAM, "run",
+                 folder.write("m.yaml", driving(", node: killed, namespace: /killed",
+                                                references("Torque", 0.5, -0.25), "  c: drive\n")),
+                 "--realtime", "--priority", "0", "--stop", "60", "--quiet"},
+                {.variables = {{"BLOCKFACTORY_PLUGIN_PATH", BF_PLUGIN_DIRECTORY}}});
+    expect_contains(commands.line(), "0.5");
+    Peer({"kill", "/killed"}).line();
+    EXPECT_EQ(peer.line(), "let go");
+    EXPECT_EQ(run.end(0), 130);
+}
+
 TEST_F(Ros1Robot, HasSensorsAndItsOwnTime) {
     Peer peer({"robot", "/lab", "hip", "knee"});
     ASSERT_EQ(peer.line(), "ready");

@@ -367,9 +367,6 @@ class Board final : public toolbox::RobotConnection {
         for (const auto& board : boards) {
             bool is_told = false;
             while (!is_there(board + "/stateExt:o")) { // the port that it opens last
-                if (os::NetworkBase::getLocalMode())
-                    throw std::runtime_error("there is no control board at " + board + ", and " +
-                                             no_name_server);
                 if (is_interrupted()) throw std::runtime_error(interrupted);
                 if (middleware::now() > end)
                     throw std::runtime_error("there is no control board at " + board +

@@ -4,20 +4,25 @@
 #include "bf/core/value.hpp"
 #include "bf/middleware/bell.hpp"
 #include "bf/middleware/clock.hpp"
+#include "bf/middleware/ending.hpp"
 #include "bf/middleware/exchange.hpp"
 
 #include <algorithm>
 #include <atomic>
 #include <cstdio>
+#include <cstdlib>
+#include <memory>
 #include <mutex>
 #include <stdexcept>
 #include <thread>
 #include <vector>
 #include <yarp/os/Bottle.h>
 #include <yarp/os/BufferedPort.h>
+#include <yarp/os/Clock.h>
 #include <yarp/os/ConnectionWriter.h>
 #include <yarp/os/Log.h>
 #include <yarp/os/Network.h>
+#include <yarp/os/NetworkClock.h>
 #include <yarp/os/Port.h>
 #include <yarp/os/PortReader.h>
 #include <yarp/os/Stamp.h>
@@ -32,11 +37,78 @@ using middleware::Bell;
 using middleware::ExchangeBuffer;
 using toolbox::Taken;
 
+namespace {
+
+/// The time that another program tells. YARP itself waits for its first time, and for its next one, for ever.
+class ToldClock final : public os::Clock {
+  public:
+    /// Throws std::runtime_error: it is no name of a port, or YARP cannot listen to it.
+    explicit ToldClock(const std::string& port) {
+        if (port.front() != '/')
+            throw std::runtime_error("YARP_CLOCK is '" + port +
+                                     "'; write it as the name of a port, such as /clock");
+        if (!its_.open(port))
+            throw std::runtime_error("YARP cannot listen to " + port + ", which YARP_CLOCK names");
+    }
+    double now() override { return its_.now(); }
+    void delay(double duration) override {
+        for (const double end = now() + duration; now() < end && !is_interrupted();)
+            os::SystemClock::delaySystem(1e-3);
+    }
+    bool isValid() const override { return true; } // for YARP, which takes no other clock
+    bool is_told() const { return its_.isValid(); }
+
+  private:
+    os::NetworkClock its_;
+};
+
+/// This program as one of the network.
+class Joined {
+  public:
+    Joined() {
+        const char* const given = std::getenv("YARP_CLOCK");
+        const std::string clock = given == nullptr ? "" : given;
+        unsetenv("YARP_CLOCK");                     // for YARP; programs that this one starts have it again
+        network_ = std::make_unique<os::Network>(); // finds the name server
+        if (clock.empty()) return;
+        setenv("YARP_CLOCK", clock.c_str(), 1);
+        clock_ = std::make_unique<ToldClock>(clock);
+        os::Time::useCustomClock(clock_.get());
+    }
+    Joined(const Joined&) = delete;
+    Joined& operator=(const Joined&) = delete;
+    /// The program that tells the time may stand still, and YARP waits until it has taken a farewell.
+    ~Joined() {
+        middleware::end_within(2, [network = std::shared_ptr(std::move(network_)),
+                                   clock = std::shared_ptr(std::move(clock_))]() mutable {
+            if (clock) os::Time::useSystemClock();
+            clock.reset();
+            network.reset();
+        });
+    }
+    bool has_time() const { return !clock_ || clock_->is_told(); }
+
+    const bool is_guest = os::NetworkBase::isNetworkInitialized(); ///< of a program that has joined before
+
+  private:
+    std::unique_ptr<os::Network> network_;
+    std::unique_ptr<ToldClock> clock_;
+};
+
+const Joined& joined() {
+    static const Joined its;
+    return its;
+}
+
+} // namespace
+
 void join() {
     // What goes wrong is told by those who call.
     os::Log::setMinimumPrintLevel(os::Log::FatalType);
     os::Log::setPrintCallback([](auto...) {});
-    static const os::Network network; // finds the name server
+    const Joined& its = joined();
+    // YARP begins its local mode by itself where nobody has said where the name server is.
+    if (os::NetworkBase::getLocalMode() && !its.is_guest) throw std::runtime_error(no_name_server);
     if (!os::NetworkBase::getLocalMode() && !os::NetworkBase::checkNetwork(5.0))
         throw std::runtime_error("no YARP name server answers; start yarpserver, and say where it is by "
                                  "`yarp conf HOST PORT`");
@@ -385,10 +457,11 @@ class Connection final : public toolbox::StreamConnection {
         return serve_clock(name, step_size, Led::once_paused);
     }
     double now() const noexcept override { return os::Time::now(); }
-    bool has_time() const noexcept override { return os::Time::isValid(); }
+    bool has_time() const noexcept override { return joined().has_time(); }
+    /// A time that another program tells may stand still.
     void sleep_until(double time) const noexcept override {
-        const double left = time - now();
-        if (left > 0) os::Time::delay(left);
+        for (double left; (left = time - now()) > 0 && !is_interrupted();)
+            os::SystemClock::delaySystem(std::min(left, 1e-3));
     }
 
   private:

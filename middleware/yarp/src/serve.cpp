@@ -159,8 +159,6 @@ class YarpRobot final : public middleware::ServedRobot {
         unsetenv("YARP_CLOCK"); // which this program is, for all others
         join();
         load_devices();
-        if (os::NetworkBase::getLocalMode()) // as it is where nobody has said where the name server is
-            throw std::runtime_error(no_name_server);
     }
     ~YarpRobot() override {
         is_over_ = true;

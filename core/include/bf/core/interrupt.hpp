@@ -14,6 +14,10 @@ bool is_interrupted() noexcept;
 /// Null: nobody catches them. Any thread may ask; the flag outlives the runs.
 void look_for_interrupt(const volatile std::sig_atomic_t* flag) noexcept;
 
+/// Asks for the end of the run as a signal does, such as where another program asks this one to end. False:
+/// nobody catches the signals.
+bool interrupt() noexcept;
+
 /// Says what the start of a run waits for, such as a robot that is not there yet, to whoever listens.
 void tell_wait(const char* what) noexcept;
 /// Whoever starts runs says who listens, in any thread; null: nobody.

@@ -70,6 +70,7 @@ void go_forwards(const Diagram& d, DualRun& dual, const std::vector<Element>& by
         Dual total = 0;
         const Dual* const cost = dual.elements(cost_at.end) + cost_at.number;
         for (std::int64_t k = 0; k < horizon.steps; ++k) {
+            horizon.begin_step(k);
             dual.outputs();
             total += horizon.step * *cost;
             dual.update();
@@ -99,6 +100,7 @@ void go_backwards(const Diagram& d, DualRun& dual, const std::vector<Element>& b
     const Dual& cost = dual.elements(cost_at.end)[cost_at.number];
     std::vector<DualRun::Checkpoint> checkpoints{dual.checkpoint()};
     for (std::int64_t k = 0; k < horizon.steps; ++k) {
+        horizon.begin_step(k);
         if (k > 0 && k % length == 0) checkpoints.push_back(dual.checkpoint());
         dual.outputs();
         result.cost += horizon.step * cost.value;
@@ -118,6 +120,7 @@ void go_backwards(const Diagram& d, DualRun& dual, const std::vector<Element>& b
         checkpoints.pop_back();
         std::vector<std::pair<std::size_t, std::size_t>> steps; // where their outputs and updates begin
         for (auto k = begin; k < std::min(begin + length, horizon.steps); ++k) {
+            horizon.begin_step(k);
             const auto outputs = dual.remembered();
             dual.outputs();
             steps.emplace_back(outputs, dual.remembered());
@@ -201,7 +204,7 @@ Gradient gradient(const Simulation& run, const GradientOptions& options) {
                     .differenced = {}};
     for (const auto& place : by) result.names.push_back(place.name);
     const Horizon horizon{static_cast<std::int64_t>(std::llround(options.duration / d.step)), d.step,
-                          options.over == GradientOptions::Over::end};
+                          options.over == GradientOptions::Over::end, options.go_on};
     try {
         go_through_rules(run, by, costs[0], horizon, options.way, result);
     } catch (const NoRule&) {

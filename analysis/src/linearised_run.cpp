@@ -139,6 +139,7 @@ void go_along(const Simulation& like, const std::vector<Element>& by, const Elem
     std::vector<std::byte> before(run.context().snapshot_size());
     const auto last = horizon.steps + (horizon.counts_end ? 1 : 0);
     for (std::int64_t k = 0; k < last; ++k) {
+        horizon.begin_step(k);
         const Status status = step_with(run, [&] {
             run.context().save(before.data());
             const auto runs = [&](int node) {

@@ -13,6 +13,12 @@ struct Horizon {
     std::int64_t steps;
     double step; ///< s
     bool counts_end;
+    std::function<bool()> go_on;
+
+    /// Throws RunError: nobody wants the rest.
+    void begin_step(std::int64_t k) const {
+        if (go_on && k % 100 == 0 && !go_on()) throw RunError("the gradient was interrupted");
+    }
 };
 
 /// Makes a run with the parameters and inputs of another one, and linearises each of its steps along all

@@ -233,7 +233,8 @@ class Sensitivity {
                               .cost = path + ".value",
                               .over = GradientOptions::Over::end,
                               .duration = static_cast<double>(steps_) * d_.step,
-                              .by_rules_alone = true};
+                              .by_rules_alone = true,
+                              .go_on = options_.go_on};
         Eigen::Index elements = 0;
         for (const auto& slopes : followers_)
             for (const auto& [parameter, slope] : slopes)

@@ -164,8 +164,15 @@ Status SubscribeBlock::failure(Now at, const Incoming& end) const noexcept {
         std::strcpy(at[refused].letters, end.refusal()); // which stays when the end is gone
         return Status::failure(at[refused].letters);
     }
-    if (end.is_of_other_frame)
-        return Status::failure("a message is of another frame than argument 'frame_id' says");
+    if (end.is_of_other_frame) {
+        char text[sizeof(StatusText)];
+        std::snprintf(
+            text, sizeof text,
+            "a message of '%.120s' is of another frame than '%.80s', which argument 'frame_id' says",
+            topic->c_str(), frame_id->c_str());
+        keep_text(at[refused].letters, text);
+        return Status::failure(at[refused].letters);
+    }
     const int place = end.too_long;
     if (place < 0) return ok;
     return outputs_.too_long(place, end.too_long_size);

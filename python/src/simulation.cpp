@@ -8,6 +8,7 @@
 #include "bf/base/numbers.hpp"
 #include "bf/run/comparison.hpp"
 #include "bf/run/snapshot.hpp"
+#include "interruptible.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -443,14 +444,19 @@ void bind_simulation(nb::module_& m) {
                 using Over = analysis::GradientOptions::Over;
                 const auto its = analysis::way_named(way);
                 if (!its) raise("RunError", "way is 'cheaper', 'forward' or 'adjoint', not '" + way + "'");
-                const analysis::GradientOptions options{.by = std::move(by),
-                                                        .cost = std::move(cost),
-                                                        .over = at_end ? Over::end : Over::all,
-                                                        .duration = duration,
-                                                        .way = *its};
+                analysis::GradientOptions options{.by = std::move(by),
+                                                  .cost = std::move(cost),
+                                                  .over = at_end ? Over::end : Over::all,
+                                                  .duration = duration,
+                                                  .way = *its};
                 const Analysis analysed(self);
-                const WithoutGil parallel;
-                return analysis::gradient(self.run, options);
+                auto found = interruptible(
+                    [&](std::function<bool()> go_on) {
+                        options.go_on = std::move(go_on);
+                        return analysis::gradient(self.run, options);
+                    },
+                    [] { return false; });
+                return std::move(*found);
             },
             nb::arg("by"), nb::arg("cost"), nb::arg("duration"), nb::arg("at_end"), nb::arg("way"))
         .def(

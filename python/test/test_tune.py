@@ -67,7 +67,7 @@ def test_what_cannot_be_reached_is_said_with_what_can(loop):
         loop.tune("pid", "pid")
 
 
-def test_tuning_and_simulated_steps_end_with_control_c(tmp_path):
+def test_tuning_simulated_steps_and_gradients_end_with_control_c(tmp_path):
     (tmp_path / "loop.yaml").write_text(LOOP)
     code = f"""
 import os, signal, threading
@@ -76,13 +76,15 @@ sim = bf.load({str(tmp_path / "loop.yaml")!r}).simulate()
 sim.step()
 sim.loop_step("pid", 0.01) # imports what it needs
 sim.tune("pid", "pid.P", crossover=1)
-for what in (lambda: sim.loop_step("pid", 1e5), lambda: [sim.tune("pid", "pid.P", phase_margin=50) for _ in range(1000)]):
+def gradient(way): sim.gradient("pid.P", cost="plant", duration=1e5, way=way)
+for what in (lambda: sim.loop_step("pid", 1e5), lambda: [sim.tune("pid", "pid.P", phase_margin=50) for _ in range(1000)],
+             lambda: gradient("forward"), lambda: gradient("adjoint")):
     threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
     try: what()
     except KeyboardInterrupt: print("interrupted", sim.time)
 """
     ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120)
-    assert ended.stdout == "interrupted 0.002\n" * 2, ended.stderr
+    assert ended.stdout == "interrupted 0.002\n" * 4, ended.stderr
 
 
 def test_one_gain_has_the_margin_that_python_control_finds(write):

@@ -204,7 +204,7 @@ TEST_F(Ros1Topics, EndTheRunWhereAMessageDoesNotFit) {
                     "s: a message has 3 elements in 'position', but at most 2 are expected; raise "
                     "argument 'sizes'");
     expect_contains(failure_of(", frame_id: world", ", frame_id: base"),
-                    "s: a message is of another frame than argument 'frame_id' says");
+                    "s: a message of 'fit' is of another frame than 'base', which argument 'frame_id' says");
     Running silent(model(subscribe(", timeout: 0.05")));
     for (int k = 0; k < 1000 && silent.step(); ++k) usleep(1000);
     expect_contains(

@@ -90,7 +90,8 @@ void add_topics(Library& library) {
             "geometry, arrays, of any length where the type allows it, times as s; what is "
             "wired to none keeps the type's default, but arrays of any length, which are wired or left out "
             "by `fields`. Numbers that a field cannot hold become the "
-            "nearest that it can. Lists of messages are left out. "
+            "nearest that it can, integers with halves away from 0 and NaN as 0; what is beyond a float32 is "
+            "infinite. Wide strings, arrays of strings and lists of messages are left out. "
             "Errors: no such type, field or name of a topic; more elements than a field has.")
         .add<Subscribe>(
             "Subscribe",

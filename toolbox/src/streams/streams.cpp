@@ -435,7 +435,8 @@ void add_streams(Library& library) {
         .add<StreamWrite>(
             "StreamWrite",
             "Sends its input as a message in each step. A stream has one writer and any number of readers. "
-            "Errors: another writer of the stream; nobody receives, with autoconnect and error_on_missing.")
+            "Errors: another writer of the stream, but over ROS 2; nobody receives, with autoconnect and "
+            "error_on_missing.")
         .add<NetworkClock>("NetworkClock",
                            "Time of the stream network around: that of the system, or the simulated one of a "
                            "middleware.")

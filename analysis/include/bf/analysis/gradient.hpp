@@ -4,6 +4,7 @@
 #include "bf/analysis/linear_system.hpp"
 #include "bf/engine/simulation.hpp"
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -28,6 +29,8 @@ struct GradientOptions {
         adjoint  ///< back from the cost to all parameters at once
     } way = Way::cheaper;
     bool by_rules_alone = false; ///< refuse what is not exact, or no rule
+    /// Asked now and then; false ends it with a RunError.
+    std::function<bool()> go_on = nullptr;
 };
 
 /// "cheaper", "forward" or "adjoint"; empty: none of them.

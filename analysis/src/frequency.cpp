@@ -18,9 +18,6 @@ struct Point {
     Complex value;
 };
 
-/// The root in s of one in z, where it is sampled.
-Complex in_s(const Complex& root, double period) { return period > 0 ? std::log(root) / period : root; }
-
 /// A sampled system has its frequencies below half of that of its samples.
 void keep_below_samples(double& low, double& high, double period) {
     if (period == 0) return;
@@ -54,11 +51,7 @@ std::pair<double, double> range(const Reduced& L, const std::vector<double>& roo
          ++i)
         high *= 10;
     const double at_0 = size(0);
-    for (int i = 0; i < most_decades && (size(low) > 1) != (at_0 > 1); ++i) {
-        // The pole at 0 that makes it infinite there may be one that is not seen.
-        if (std::isinf(at_0) && size(low / 10) < 2 * size(low)) break;
-        low /= 10;
-    }
+    for (int i = 0; i < most_decades && (size(low) > 1) != (at_0 > 1); ++i) low /= 10;
     return {low, high};
 }
 

@@ -8,9 +8,6 @@
 
 namespace bf::analysis {
 
-namespace {
-
-/// Makes A balanced and returns the diagonal of D.
 Vector balance(Matrix& A) {
     Vector scale = Vector::Ones(A.rows());
     constexpr int most_rounds = 100;
@@ -32,8 +29,6 @@ Vector balance(Matrix& A) {
     return scale;
 }
 
-} // namespace
-
 std::vector<Complex> eigenvalues(const Matrix& A) {
     if (A.rows() == 0) return {};
     Matrix balanced = A;
@@ -42,13 +37,12 @@ std::vector<Complex> eigenvalues(const Matrix& A) {
     return {values.data(), values.data() + values.size()};
 }
 
-Reduced::Reduced(const LinearSystem& system, int output, int input)
-    : H_(system.A), d_(system.D(output, input)), period_(system.period) {
+Reduced::Reduced(const LinearSystem& one) : H_(one.A), d_(one.D(0, 0)), period_(one.period) {
     const auto n = H_.rows();
     if (n == 0) return;
     const Vector scale = balance(H_);
-    Vector b = system.B.col(input).cwiseQuotient(scale);
-    c_ = system.C.row(output).transpose().cwiseProduct(scale);
+    Vector b = one.B.col(0).cwiseQuotient(scale);
+    c_ = one.C.row(0).transpose().cwiseProduct(scale);
     Vector tail(n - 1), workspace(n);
     double tau = 0;
     b.makeHouseholder(tail, tau, beta_);

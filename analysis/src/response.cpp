@@ -15,7 +15,8 @@ void sort(std::vector<Complex>& numbers) {
     });
 }
 
-/// The same system with one input and one output.
+} // namespace
+
 LinearSystem single(const LinearSystem& system, int output, int input) {
     LinearSystem one;
     one.A = system.A;
@@ -26,10 +27,8 @@ LinearSystem single(const LinearSystem& system, int output, int input) {
     one.states = system.states;
     one.inputs = {system.inputs.empty() ? "" : system.inputs[static_cast<std::size_t>(input)]};
     one.outputs = {system.outputs.empty() ? "" : system.outputs[static_cast<std::size_t>(output)]};
-    return one;
+    return without_hidden(std::move(one));
 }
-
-} // namespace
 
 std::vector<Complex> poles(const LinearSystem& system) {
     auto all = eigenvalues(system.A);
@@ -48,7 +47,9 @@ bool are_stable(const std::vector<Complex>& poles, double period) {
                        [&](const Complex& p) { return period > 0 ? std::abs(p) < 1 : p.real() < 0; });
 }
 
-bool is_stable(const LinearSystem& system) { return are_stable(poles(system), system.period); }
+bool is_stable(const LinearSystem& system) {
+    return are_stable(eigenvalues(without_hidden(system).A), system.period);
+}
 
 LinearSystem negative(LinearSystem system) {
     system.C = -system.C;

@@ -18,7 +18,9 @@ std::vector<Complex> poles(const LinearSystem& system);
 /// Where the transfer function from that input to that output is 0. Source: Emami-Naeini and Van Dooren,
 /// Automatica 18 (1982).
 std::vector<Complex> zeros(const LinearSystem& system, int output, int input);
-/// Do all poles lie in the open left half plane, or of a sampled system in the open unit disc?
+/// Do all poles lie in the open left half plane, or of a sampled system in the open unit disc? Modes on the
+/// boundary that are not controllable or not observable do not count, here and in all that follows; hidden
+/// ones that grow do.
 bool is_stable(const LinearSystem& system);
 
 /// Evenly on a logarithmic axis, at least one.

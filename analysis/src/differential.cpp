@@ -366,6 +366,12 @@ void Differential::activity(Plan& plan) {
         for (const auto& wire : plan.wires)
             if (!slopes(wire.slopes).is_zero())
                 flows_.emplace_back(wire.source.node, wire.source.slot, plan.node);
+    // Integers change by jumps; where booleans do, zero-crossing functions tell.
+    if (moves && std::ranges::any_of(plan.writes, [&](const Part& part) {
+            return !is_real(part.type) && part.type != Type::boolean &&
+                   d_.slot({plan.node, part.slot}).role == Role::output;
+        }))
+        kinks_.insert(plan.node);
     if (moves_outside_.contains(plan.node))
         with_outside(plan);
     else if (!moves)

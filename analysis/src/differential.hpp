@@ -116,7 +116,6 @@ class Differential {
         DualKernel kernel;
         const Differentiable* declares = nullptr;
         bool has_more = false; ///< rules beside it
-        bool rounds = false;   ///< a rule that gives integers or floats, which change by jumps
         std::vector<Part> reads, writes;
         std::vector<Wire> wires;
         std::vector<Operand> operands;

@@ -53,7 +53,6 @@ void Differential::plan_rule(Plan& plan) const {
         if (operand.same != k) continue;
         operand.first = plan.numbers;
         plan.numbers += operand.count();
-        plan.rounds |= is_target && operand.type != Type::float64 && operand.type != Type::boolean;
         if (is_target) {
             const auto& its = places_[static_cast<std::size_t>(plan.node)][slot];
             const int of = reference.source == Call::Source::next   ? its.next
@@ -92,10 +91,6 @@ void Differential::run_kernel(const Plan& plan) {
 }
 
 void Differential::rule(Plan& plan) {
-    if (plan.rounds && std::ranges::any_of(plan.operands, [&](const auto& operand) {
-            return operand.slopes >= 0 && !slopes(operand.slopes).is_zero();
-        }))
-        kinks_.insert(plan.node);
     if (plan.writes.empty()) return;
     int inputs = 0;
     for (auto& operand : plan.operands) {

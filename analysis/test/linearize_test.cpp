@@ -466,6 +466,26 @@ TEST(Linearize, NamesCornersAndJumpsWhereItTakesOneSide) {
     }
 }
 
+/// The derivative is 0 there, which is not that of the model as it was meant.
+TEST(Linearize, NamesBlocksThatGiveIntegersOnAPath) {
+    const auto system = linear(R"m(
+model: m
+step: 0.1
+inputs: [u]
+outputs: [y]
+blocks:
+  i: {block: Convert, type: int32}
+  d: {block: Convert, type: double}
+  still: {block: Constant, value: 2.5}
+  aside: {block: Convert, type: int32}
+  back: {block: Convert, type: double}
+  s: {block: Sum}
+connections: {u: i, i: d, d: s.u1, still: aside, aside: back, back: s.u2, s: y}
+)m");
+    EXPECT_EQ(system.kinks, std::vector<std::string>{"i"}) << "nothing that moves comes to the other one";
+    expect_near(system.D, matrix({{0}}));
+}
+
 TEST(Linearize, ExponentsMayDependOnTheInput) {
     for (const int e : {1, 2, 3, -1})
         EXPECT_NEAR(beside(std::to_string(e), "Fcn, expression: \"2^u1\"").D(0, 0),

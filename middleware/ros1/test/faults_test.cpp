@@ -83,6 +83,18 @@ TEST_F(Ros1Faults, AMasterThatHasStoppedAnsweringHoldsUpNoEnd) {
     EXPECT_EQ(run.end(0), 0);
 }
 
+/// roscpp itself ends the program there.
+TEST_F(Ros1Faults, AnAddressOfTheMasterThatIsNoneIsRefused) {
+    const std::string right = std::getenv("ROS_MASTER_URI");
+    for (const std::string wrong : {"", "junk", "https://localhost:11311", "http://localhost"}) {
+        setenv("ROS_MASTER_URI", wrong.c_str(), 1);
+        expect_contains(
+            refusal("model: m\nplugins: [Ros1]\nstep: 0.01\nblocks:\n  node: {block: Ros1/Node}\n"),
+            "node: ROS_MASTER_URI is '" + wrong + "'; write it as http://localhost:11311");
+    }
+    setenv("ROS_MASTER_URI", right.c_str(), 1);
+}
+
 TEST_F(Ros1Faults, AMeasurementThatIsGoneAndATimeThatJumpsAheadEndTheRun) {
     const std::string numbers = "m.name=['hip','knee']; m.position=[0.1]*2; m.velocity=[0.1]*2; "
                                 "m.header.stamp=rospy.Time(100+k//200, k%200*5000000); ";

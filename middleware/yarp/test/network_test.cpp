@@ -87,4 +87,25 @@ TEST_F(YarpBoards, LeadsToBoardsOfAnotherProgramUntilTheyAreKilled) {
     }
 }
 
+/// YARP itself would, for ever.
+TEST_F(YarpBoards, LeaveARunWhoseClockNobodyTellsAtTimeZero) {
+    const auto server = name_server();
+    ASSERT_TRUE(is_there("/root"));
+    const std::string model =
+        write("told.yaml", "model: told\nplugins: [Yarp, WholeBodyToolbox]\nstep: 0.01\nblocks:\n"
+                           "  network: {block: Yarp/Network}\n"
+                           "  w: {block: WholeBodyToolbox/StreamWrite, stream: /w}\n"
+                           "  t: {block: WholeBodyToolbox/NetworkClock}\n"
+                           "connections: {t: w}\n");
+    const auto run = [&](const std::string& clock) {
+        setenv("YARP_CLOCK", clock.c_str(), 1);
+        Program program({BF_PROGRAM, "run", model, "--stop", "0.1", "--quiet"}, folder_ / "said");
+        unsetenv("YARP_CLOCK");
+        return program.ends_well(20);
+    };
+    EXPECT_TRUE(run("/clock"));
+    EXPECT_FALSE(run("clock"));
+    expect_contains(read("said"), "YARP_CLOCK is 'clock'; write it as the name of a port, such as /clock");
+}
+
 } // namespace bf::yarp::test

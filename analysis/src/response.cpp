@@ -1,5 +1,6 @@
 #include "bf/run/run.hpp"
 #include "reduced.hpp"
+#include "short_text.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -72,6 +73,9 @@ LinearSystem closed(const LinearSystem& loop, int output, int input) {
 }
 
 RootLocus root_locus(const LinearSystem& loop, int output, int input, std::vector<double> gains) {
+    for (const double k : gains)
+        if (!std::isfinite(k))
+            throw RunError("a gain of a root locus is a finite number, not " + short_text(k));
     const Reduced L(loop, output, input);
     constexpr double part = 0.01; // of the picture, that a branch goes from gain to gain
     constexpr int most_halvings = 12;

@@ -309,6 +309,7 @@ TEST(Response, BranchesOfARootLocusMeetInShortSteps) {
                 EXPECT_LE(std::abs(root - locus.roots[i - 1][b]), 0.02001);
             }
         }
+    EXPECT_THROW(root_locus(rational({1}, {1, 2, 0}), 0, 0, {1, std::nan("")}), RunError);
     EXPECT_EQ(root_locus(rational({1}, {1, 2, 0}), 0, 0, {3, 1}).gains, (std::vector<double>{3, 1}));
 }
 

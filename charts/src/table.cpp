@@ -558,8 +558,8 @@ class Lowering : public Tree {
         row[k::chart_first_transition] = node(s).transitions.empty() ? 0 : node(s).transitions[0];
         row[k::chart_transition_count] = static_cast<double>(node(s).transitions.size());
         if (is_compound(s) || is_history(kind(s))) {
-            std::vector<int> goals =
-                find_all(state.initial, is_compound(s) ? s : node(s).parent, where + ", initial");
+            const std::string leads = where + (is_history(kind(s)) ? ", to" : ", initial");
+            std::vector<int> goals = find_all(state.initial, is_compound(s) ? s : node(s).parent, leads);
             if (goals.empty() && is_compound(s)) goals = {node(s).children[0]};
             const int around = is_compound(s) ? s : node(s).parent;
             for (const int goal : goals)
@@ -567,8 +567,8 @@ class Lowering : public Tree {
                     refuse(where + " is a history and leads to " + called(goal) +
                            ", which is one, too; name a state");
                 else if (!is_below(goal, around) || kind(goal) == Kind::junction)
-                    refuse(where + ", initial: " + called(goal) + " is no state inside of " + called(around));
-            check_goals(goals, where + ", initial");
+                    refuse(leads + ": " + called(goal) + " is no state inside of " + called(around));
+            check_goals(goals, leads);
             row[k::chart_targets] = list(goals);
             row[k::chart_begin_action] = action(state.begin, "begin");
         } else if (!state.initial.empty() || !state.begin.empty()) {

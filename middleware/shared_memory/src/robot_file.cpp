@@ -205,8 +205,7 @@ void RobotFile::create(const std::string& name, const RobotDescription& descript
 
 /// Does the name stand for the file that was made here?
 bool RobotFile::is_named() const noexcept {
-    struct stat ours {
-    }, found{};
+    struct stat ours = {}, found = {};
     return fstat(descriptor_, &ours) == 0 && stat(made_.c_str(), &found) == 0 &&
            ours.st_dev == found.st_dev && ours.st_ino == found.st_ino;
 }

@@ -1,8 +1,6 @@
-#include "bf/analysis/linearize.hpp"
+#include "linear.hpp"
 
 #include "bf/analysis/response.hpp"
-
-#include "../../engine/test/support.hpp"
 
 #include <gtest/gtest.h>
 #include <numbers>
@@ -13,37 +11,6 @@ namespace bf::analysis::test {
 using bf::test::Session;
 
 namespace {
-
-LinearSystem linear(const std::string& text, const LinearizeOptions& options = {}, double time = 0) {
-    const Session session(text);
-    return linearize(session.diagram, options, time);
-}
-
-std::string refusal(const std::string& text, const LinearizeOptions& options = {}, double time = 0) {
-    try {
-        linear(text, options, time);
-    } catch (const RunError& error) {
-        return error.what();
-    }
-    return "";
-}
-
-Matrix matrix(std::initializer_list<std::initializer_list<double>> rows) {
-    Matrix m(static_cast<Eigen::Index>(rows.size()), static_cast<Eigen::Index>(rows.begin()->size()));
-    Eigen::Index i = 0;
-    for (const auto& row : rows) {
-        Eigen::Index j = 0;
-        for (const double x : row) m(i, j++) = x;
-        ++i;
-    }
-    return m;
-}
-
-void expect_near(const Matrix& a, const Matrix& b, double tolerance = 1e-14) {
-    ASSERT_EQ(a.rows(), b.rows());
-    ASSERT_EQ(a.cols(), b.cols());
-    EXPECT_LT((a - b).cwiseAbs().maxCoeff(), tolerance) << a << "\n\n" << b;
-}
 
 /// m x'' = u - k x - d x'.
 const std::string oscillator = R"m(
@@ -104,10 +71,10 @@ TEST(Linearize, FindsTheMatricesOfAMassOnASpringByName) {
     EXPECT_EQ(system.states, (std::vector<std::string>{"velocity.x", "position.x"}));
     EXPECT_EQ(system.inputs, std::vector<std::string>{"u"});
     EXPECT_EQ(system.outputs, std::vector<std::string>{"x"});
-    expect_near(system.A, matrix({{-1.5, -20}, {1, 0}}));
-    expect_near(system.B, matrix({{0.5}, {0}}));
-    expect_near(system.C, matrix({{0, 1}}));
-    expect_near(system.D, matrix({{0}}));
+    expect_near(system.A, matrix_of({{-1.5, -20}, {1, 0}}));
+    expect_near(system.B, matrix_of({{0.5}, {0}}));
+    expect_near(system.C, matrix_of({{0, 1}}));
+    expect_near(system.D, matrix_of({{0}}));
     EXPECT_EQ(system.period, 0);
     EXPECT_EQ(system.x[1], 1);
     EXPECT_TRUE(system.differenced.empty());
@@ -116,29 +83,30 @@ TEST(Linearize, FindsTheMatricesOfAMassOnASpringByName) {
 TEST(Linearize, AddsInputsAnywhereAndLooksAtStates) {
     // From a disturbance of the velocity's derivative to the state itself.
     const auto system = linear(oscillator, {.from = {"acceleration"}, .to = {"velocity.x", "spring"}});
-    expect_near(system.B, matrix({{1}, {0}}));
-    expect_near(system.C, matrix({{1, 0}, {0, 40}}));
+    expect_near(system.B, matrix_of({{1}, {0}}));
+    expect_near(system.C, matrix_of({{1, 0}, {0, 40}}));
 }
 
 TEST(Linearize, CutsALoopAndGivesItsOpenLoopTransferFunction) {
     const auto cut = linear(oscillator, {.from = {"spring"}, .to = {"spring"}, .open = {"spring"}});
-    expect_near(cut.A, matrix({{-1.5, 0}, {1, 0}}));
-    expect_near(cut.B, matrix({{-0.5}, {0}}));
-    expect_near(cut.C, matrix({{0, 40}}));
-    expect_near(cut.D, matrix({{0}}));
+    expect_near(cut.A, matrix_of({{-1.5, 0}, {1, 0}}));
+    expect_near(cut.B, matrix_of({{-0.5}, {0}}));
+    expect_near(cut.C, matrix_of({{0, 40}}));
+    expect_near(cut.D, matrix_of({{0}}));
     // Without a cut the input is added, and what is looked at includes it: the sensitivity function.
     const auto added = linear(oscillator, {.from = {"spring"}, .to = {"spring"}});
-    expect_near(added.A, matrix({{-1.5, -20}, {1, 0}}));
-    expect_near(added.D, matrix({{1}}));
+    expect_near(added.A, matrix_of({{-1.5, -20}, {1, 0}}));
+    expect_near(added.D, matrix_of({{1}}));
 }
 
 TEST(Linearize, OfACartPoleEqualsItsClosedForm) {
     const auto system = linear(cart_pole);
     ASSERT_EQ(system.states, (std::vector<std::string>{"v.x", "p.x", "w.x", "q.x"}));
     const double g = 9.81;
-    expect_near(system.A, matrix({{0, 0, 0, -0.2 * g}, {1, 0, 0, 0}, {0, 0, 0, 1.2 * g / 0.5}, {0, 0, 1, 0}}),
+    expect_near(system.A,
+                matrix_of({{0, 0, 0, -0.2 * g}, {1, 0, 0, 0}, {0, 0, 0, 1.2 * g / 0.5}, {0, 0, 1, 0}}),
                 1e-13);
-    expect_near(system.B, matrix({{1}, {0}, {-1 / 0.5}, {0}}), 1e-13);
+    expect_near(system.B, matrix_of({{1}, {0}, {-1 / 0.5}, {0}}), 1e-13);
     // Away from the upright pose, as the tangent of two runs that begin beside one another.
     const auto text = cart_pole;
     auto moved = text;
@@ -162,9 +130,9 @@ blocks:
   k: {block: Gain, K: 3}
 connections: {u: a, a: b, b: k, k: y}
 )m");
-    expect_near(system.A, matrix({{0, 0}, {1, 0}}));
-    expect_near(system.B, matrix({{1}, {0}}));
-    expect_near(system.C, matrix({{0, 3}}));
+    expect_near(system.A, matrix_of({{0, 0}, {1, 0}}));
+    expect_near(system.B, matrix_of({{1}, {0}}));
+    expect_near(system.C, matrix_of({{0, 3}}));
     EXPECT_EQ(system.period, 0.1);
 }
 
@@ -180,7 +148,7 @@ blocks:
     chart: {inputs: [u], variables: {v: 0, w: 0}, outputs: [w, v], states: {a: {entry: v = 3*u; w = v^2 + u}}}
 connections: {u: m.u, m.v: v, m.w: w}
 )m");
-    expect_near(system.D, matrix({{3}, {1}}));
+    expect_near(system.D, matrix_of({{3}, {1}}));
 }
 
 TEST(Linearize, LeavesOutStatesThatNoInputReachesOrNoOutputSees) {
@@ -216,7 +184,7 @@ blocks:
   f: {block: Fcn, expression: u^3 + 2*u}
 connections: {u: sum.u1, four: sum.u2, f: sum.u3, sum: [f, y]}
 )m");
-    expect_near(system.D, matrix({{1.0 / 6}}), 1e-8);
+    expect_near(system.D, matrix_of({{1.0 / 6}}), 1e-8);
     EXPECT_NEAR(system.y[0], 1, 1e-9);
 }
 
@@ -259,8 +227,8 @@ connections: {r: e.u1, e: g, g: [e.u2, y]}
     const Complex s(0, 1.7), L = (2.0 * s + 1.0) / (s + 3.0);
     for (const std::string at : {"e", "g"}) {
         const auto cut = linear(text, {.from = {at}, .to = {at}, .open = {at}});
-        expect_near(cut.A, matrix({{-3}}));
-        expect_near(cut.D, matrix({{-2}}));
+        expect_near(cut.A, matrix_of({{-3}}));
+        expect_near(cut.D, matrix_of({{-2}}));
         EXPECT_LT(std::abs(frequency_response(cut, 0, 0, 1.7) + L), 1e-13) << at;
         const auto added = linear(text, {.from = {at}, .to = {at}});
         EXPECT_LT(std::abs(frequency_response(added, 0, 0, 1.7) - 1.0 / (1.0 + L)), 1e-13) << at;
@@ -425,78 +393,7 @@ TEST(Linearize, SaysOfTheModelItselfWhetherALoopIsStableThatItsCutHolds) {
 TEST(Linearize, OfTheContinuousPartBetweenSampledSignalsIsContinuous) {
     const auto system = linear(sampled, {.from = {"control"}, .open = {"control"}});
     EXPECT_EQ(system.period, 0);
-    expect_near(system.A, matrix({{0, 1}, {-3, -0.5}}));
-}
-
-TEST(Linearize, SaysWhichSideOfAKinkItTook) {
-    const std::string text = R"m(
-model: m
-step: 0.1
-inputs: [u]
-outputs: [y]
-blocks:
-  limit: {block: Saturate, lower: 0, upper: 1}
-connections: {u: limit, limit: y}
-)m";
-    const auto system = linear(text);
-    EXPECT_EQ(system.kinks, std::vector<std::string>{"limit"});
-    expect_near(system.D, matrix({{1}}));
-}
-
-/// c + u through a block.
-LinearSystem beside(const std::string& c, const std::string& block) {
-    return linear(
-        "model: m\nstep: 0.1\ninputs: [u]\noutputs: [y]\nblocks:\n  c: {block: Constant, value: " + c +
-        "}\n  s: {block: Sum}\n  b: {block: " + block + "}\nconnections: {c: s.u1, u: s.u2, s: b, b: y}\n");
-}
-
-TEST(Linearize, NamesCornersAndJumpsWhereItTakesOneSide) {
-    struct Case {
-        const char *c, *block;
-        double slope;
-    };
-    for (const auto& [c, block, slope] :
-         {Case{"0", "Sign", 0}, Case{"0", "Abs", 1}, Case{"1", "DeadZone, start: -1, end: 1", 0},
-          Case{"1", "\"Fcn\", expression: \"max(u1, 1)\"", 1}, Case{"0.5", "Round", 0},
-          Case{"1", "Lookup1D, breakpoints: [0, 1, 2], table: [0, 1, 5]", 1}}) {
-        const auto at = beside(c, block);
-        EXPECT_EQ(at.kinks, std::vector<std::string>{"b"}) << block;
-        EXPECT_NEAR(at.D(0, 0), slope, 1e-6) << block;
-        EXPECT_TRUE(beside("0.3", block).kinks.empty()) << block;
-    }
-}
-
-/// The derivative is 0 there, which is not that of the model as it was meant.
-TEST(Linearize, NamesBlocksThatGiveIntegersOnAPath) {
-    const auto system = linear(R"m(
-model: m
-step: 0.1
-inputs: [u]
-outputs: [y]
-blocks:
-  i: {block: Convert, type: int32}
-  d: {block: Convert, type: double}
-  still: {block: Constant, value: 2.5}
-  aside: {block: Convert, type: int32}
-  back: {block: Convert, type: double}
-  s: {block: Sum}
-connections: {u: i, i: d, d: s.u1, still: aside, aside: back, back: s.u2, s: y}
-)m");
-    EXPECT_EQ(system.kinks, std::vector<std::string>{"i"}) << "nothing that moves comes to the other one";
-    expect_near(system.D, matrix({{0}}));
-}
-
-TEST(Linearize, ExponentsMayDependOnTheInput) {
-    for (const int e : {1, 2, 3, -1})
-        EXPECT_NEAR(beside(std::to_string(e), "Fcn, expression: \"2^u1\"").D(0, 0),
-                    std::pow(2.0, e) * std::numbers::ln2, 1e-12)
-            << e;
-    EXPECT_EQ(beside("0", "Fcn, expression: \"u1^2\"").D(0, 0), 0);
-}
-
-TEST(Linearize, WhatIsNoNumberHasNoDerivative) {
-    EXPECT_THROW(beside("-1", "Log"), std::runtime_error);
-    EXPECT_THROW(beside("2", "Fcn, expression: \"(-2)^u1\""), std::runtime_error);
+    expect_near(system.A, matrix_of({{0, 1}, {-3, -0.5}}));
 }
 
 TEST(Linearize, SeesThatALimitedIntegratorStandsStill) {
@@ -513,8 +410,8 @@ blocks:
   integral: {block: DiscreteIntegrator, method: trapezoidal, reset: rising, upper: 2}
 connections: {u: sum.u1, one: sum.u2, sum: integral.u, off: integral.reset, integral: y}
 )m";
-    expect_near(linear(text, {}, 1).D, matrix({{0.05}}));
-    expect_near(linear(text, {}, 5).D, matrix({{0}}));
+    expect_near(linear(text, {}, 1).D, matrix_of({{0.05}}));
+    expect_near(linear(text, {}, 5).D, matrix_of({{0}}));
 }
 
 TEST(Linearize, GoesOnFromARunAndLeavesItWhereItWas) {

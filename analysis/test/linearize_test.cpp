@@ -2,13 +2,10 @@
 
 #include "bf/analysis/response.hpp"
 
-#include <gtest/gtest.h>
 #include <numbers>
 #include <set>
 
 namespace bf::analysis::test {
-
-using bf::test::Session;
 
 namespace {
 

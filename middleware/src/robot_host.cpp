@@ -84,9 +84,12 @@ void RobotHost::step() noexcept {
     }
     if (!waits()) {
         heed();
-        if (session_ != 0 && options_.watchdog > 0 && now() - heard_ > options_.watchdog)
+        const auto is_over = [&](double since, double longest) {
+            return session_ != 0 && longest > 0 && now() - since > longest;
+        };
+        if (is_over(heard_, options_.watchdog))
             let_go(Event::silent);
-        else if (session_ != 0 && options_.idle_after > 0 && now() - referred_ > options_.idle_after)
+        else if (is_over(referred_, options_.idle_after))
             suspend();
     }
     obey();

@@ -146,17 +146,21 @@ Status SubscribeBlock::output(Now at, Out out) const noexcept {
     outputs_.copy(all.data(), out);
     out[age] = its_age;
     out[received] = count;
-    if (*timeout > 0 && its_age > *timeout) {
-        char text[sizeof(StatusText)];
-        std::snprintf(
-            text, sizeof text,
+    if (*timeout > 0 && its_age > *timeout)
+        return fail(
+            at,
             "no message of '%.200s' came within the timeout of %g s; look whether its sender runs, or "
             "raise timeout",
             topic->c_str(), *timeout);
-        keep_text(at[refused].letters, text);
-        return Status::failure(at[refused].letters);
-    }
     return ok;
+}
+
+template <class... Values>
+Status SubscribeBlock::fail(Now at, const char* format, Values... values) const noexcept {
+    char text[sizeof(StatusText)];
+    std::snprintf(text, sizeof text, format, values...);
+    keep_text(at[refused].letters, text);
+    return Status::failure(at[refused].letters);
 }
 
 Status SubscribeBlock::failure(Now at, const Incoming& end) const noexcept {
@@ -164,15 +168,10 @@ Status SubscribeBlock::failure(Now at, const Incoming& end) const noexcept {
         std::strcpy(at[refused].letters, end.refusal()); // which stays when the end is gone
         return Status::failure(at[refused].letters);
     }
-    if (end.is_of_other_frame) {
-        char text[sizeof(StatusText)];
-        std::snprintf(
-            text, sizeof text,
-            "a message of '%.120s' is of another frame than '%.80s', which argument 'frame_id' says",
-            topic->c_str(), frame_id->c_str());
-        keep_text(at[refused].letters, text);
-        return Status::failure(at[refused].letters);
-    }
+    if (end.is_of_other_frame)
+        return fail(at,
+                    "a message of '%.120s' is of another frame than '%.80s', which argument 'frame_id' says",
+                    topic->c_str(), frame_id->c_str());
     const int place = end.too_long;
     if (place < 0) return ok;
     return outputs_.too_long(place, end.too_long_size);

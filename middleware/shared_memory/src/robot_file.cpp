@@ -53,16 +53,6 @@ class Making {
     int descriptor_;
 };
 
-/// The lock of one byte, in whatever program.
-struct flock range(int byte, short kind) noexcept {
-    struct flock lock {};
-    lock.l_type = kind;
-    lock.l_whence = SEEK_SET;
-    lock.l_start = byte;
-    lock.l_len = 1;
-    return lock;
-}
-
 /// Of the time and all but the last of the words.
 double check_of(double time, const std::vector<double>& words) noexcept {
     std::uint64_t sum =
@@ -125,16 +115,6 @@ std::string wrong_name(const std::string& name) {
     return "the robot's name is '" + name + "'; write up to 100 letters, digits, '_', '-' and '.'";
 }
 
-bool RobotFile::is_free(int descriptor, int byte) noexcept {
-    auto lock = range(byte, F_WRLCK);
-    return fcntl(descriptor, F_OFD_GETLK, &lock) != 0 || lock.l_type == F_UNLCK;
-}
-
-bool RobotFile::lock(int descriptor, int byte, short kind) noexcept {
-    auto lock = range(byte, kind);
-    return fcntl(descriptor, F_OFD_SETLK, &lock) == 0;
-}
-
 void RobotFile::attach(int memory) {
     void* const attached = shmat(memory, nullptr, 0);
     if (attached == reinterpret_cast<void*>(-1)) throw system_error("its memory is not in reach");
@@ -157,7 +137,7 @@ int RobotFile::make(const std::string& file) const {
     const std::string fresh = file + "~";
     // What a server has left that was killed nobody uses any more.
     const int found = ::open(file.c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW);
-    const bool is_served = found >= 0 && !is_free(found, server_byte);
+    const bool is_served = found >= 0 && !is_byte_free(found, server_byte);
     if (found >= 0) ::close(found);
     if (is_served)
         throw std::runtime_error(
@@ -165,7 +145,8 @@ int RobotFile::make(const std::string& file) const {
     unlink(fresh.c_str());
     const int made = ::open(fresh.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0600);
     if (made < 0) throw system_error("cannot make " + fresh);
-    if (lock(made, server_byte) && pwrite(made, &finder_, sizeof finder_, 0) == sizeof finder_ &&
+    if (lock_byte(made, server_byte, F_WRLCK) &&
+        pwrite(made, &finder_, sizeof finder_, 0) == sizeof finder_ &&
         rename(fresh.c_str(), file.c_str()) == 0)
         return made;
     const auto error = system_error("cannot make " + file);
@@ -203,34 +184,27 @@ void RobotFile::create(const std::string& name, const RobotDescription& descript
     made_ = file;
 }
 
-/// Does the name stand for the file that was made here?
-bool RobotFile::is_named() const noexcept {
-    struct stat ours = {}, found = {};
-    return fstat(descriptor_, &ours) == 0 && stat(made_.c_str(), &found) == 0 &&
-           ours.st_dev == found.st_dev && ours.st_ino == found.st_ino;
-}
-
 /// At the end of a login the system may remove what its user has in memory. A controller that has found the
 /// robot by the file of before knows by it that the server lives, and is known by it, and none is let in
 /// beside it.
 void RobotFile::name_anew() {
     const Making making(folder());
     const int made = make(made_);
-    if (removed_ < 0 && !is_free(descriptor_, controller_byte))
+    if (removed_ < 0 && !is_byte_free(descriptor_, controller_byte))
         removed_ = descriptor_;
     else
         ::close(descriptor_);
     descriptor_ = made;
-    if (removed_ >= 0) lock(descriptor_, controller_byte);
+    if (removed_ >= 0) lock_byte(descriptor_, controller_byte, F_WRLCK);
 }
 
 void RobotFile::mend() noexcept {
-    if (!is_named()) try {
+    if (!is_named(descriptor_, made_.c_str())) try {
             name_anew();
         } catch (const std::exception&) { // and again the next time
         }
-    if (removed_ >= 0 && is_free(removed_, controller_byte)) {
-        lock(descriptor_, controller_byte, F_UNLCK);
+    if (removed_ >= 0 && is_byte_free(removed_, controller_byte)) {
+        lock_byte(descriptor_, controller_byte, F_UNLCK);
         ::close(std::exchange(removed_, -1));
     }
     Finder found{};
@@ -286,7 +260,7 @@ bool RobotFile::open(const std::string& name, RobotDescription& description) {
                                      " bytes, and a robot of its joints and "
                                      "sensors has " +
                                      std::to_string(wanted) + "; start its server anew");
-        if (!lock(descriptor_, controller_byte))
+        if (!lock_byte(descriptor_, controller_byte, F_WRLCK))
             throw std::runtime_error("another program (process " +
                                      std::to_string(header_->controller.load()) +
                                      ") drives it; end that one first");
@@ -301,7 +275,8 @@ bool RobotFile::open(const std::string& name, RobotDescription& description) {
 void RobotFile::close() noexcept {
     for (auto* exchange : {&state_, &gains_, &command_, &settings_}) exchange->reset();
     if (header_) shmdt(std::exchange(header_, nullptr));
-    if (!made_.empty() && is_named()) unlink(made_.c_str()); // another server may have one of that name
+    if (!made_.empty() && is_named(descriptor_, made_.c_str()))
+        unlink(made_.c_str()); // another server may have one of that name
     made_.clear();
     for (int* descriptor : {&descriptor_, &removed_})
         if (*descriptor >= 0) ::close(std::exchange(*descriptor, -1));

@@ -1,13 +1,13 @@
 // The memory of a served robot, and the file by which other programs find it.
 #pragma once
 
+#include "bf/core/shared_file.hpp"
 #include "bf/middleware/bell.hpp"
 #include "bf/middleware/exchange.hpp"
 #include "bf/middleware/robot_frames.hpp"
 
 #include <atomic>
 #include <cstdint>
-#include <fcntl.h>
 #include <optional>
 #include <string>
 #include <vector>
@@ -63,9 +63,10 @@ class RobotFile {
     /// know the memory, and of what was shown; makes the file anew where somebody has removed it.
     void mend() noexcept;
 
-    bool is_server_gone() const noexcept { return is_free(descriptor_, server_byte); }
+    bool is_server_gone() const noexcept { return is_byte_free(descriptor_, server_byte); }
     bool is_controller_gone() const noexcept {
-        return is_free(descriptor_, controller_byte) && (removed_ < 0 || is_free(removed_, controller_byte));
+        return is_byte_free(descriptor_, controller_byte) &&
+               (removed_ < 0 || is_byte_free(removed_, controller_byte));
     }
 
     /// From the server and from the controller.
@@ -96,11 +97,8 @@ class RobotFile {
     static constexpr std::size_t header_bytes = 256;
     static_assert(sizeof(Header) <= header_bytes);
 
-    static bool is_free(int descriptor, int byte) noexcept;
-    static bool lock(int descriptor, int byte, short kind = F_WRLCK) noexcept;
     /// Of the server: the file of that name, with its lock. Throws std::runtime_error.
     int make(const std::string& file) const;
-    bool is_named() const noexcept;
     void name_anew();
     void mend_memory() noexcept;
     void attach(int memory);

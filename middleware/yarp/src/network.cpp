@@ -458,10 +458,9 @@ class Connection final : public toolbox::StreamConnection {
     }
     double now() const noexcept override { return os::Time::now(); }
     bool has_time() const noexcept override { return joined().has_time(); }
-    /// A time that another program tells may stand still.
     void sleep_until(double time) const noexcept override {
-        for (double left; (left = time - now()) > 0 && !is_interrupted();)
-            os::SystemClock::delaySystem(std::min(left, 1e-3));
+        const double left = time - now();
+        if (left > 0) os::Time::delay(left);
     }
 
   private:

@@ -1,6 +1,7 @@
 #include "streams/segment.hpp"
 
 #include "bf/core/hash.hpp"
+#include "bf/core/shared_file.hpp"
 
 #include <array>
 #include <cerrno>
@@ -18,25 +19,6 @@ namespace {
 
 // Bytes of the file that stand for what its openers do; locks of open files end with them.
 constexpr off_t writer_byte = 0, reader_byte = 1, life_byte = 2;
-
-bool lock(int descriptor, off_t byte, short kind) noexcept {
-    struct flock range {};
-    range.l_type = kind;
-    range.l_whence = SEEK_SET;
-    range.l_start = byte;
-    range.l_len = 1;
-    return fcntl(descriptor, F_OFD_SETLK, &range) == 0;
-}
-
-/// Could nobody else have that lock?
-bool is_free(int descriptor, off_t byte) noexcept {
-    struct flock range {};
-    range.l_type = F_WRLCK;
-    range.l_whence = SEEK_SET;
-    range.l_start = byte;
-    range.l_len = 1;
-    return fcntl(descriptor, F_OFD_GETLK, &range) != 0 || range.l_type == F_UNLCK;
-}
 
 /// The name as that of a file.
 std::string file_name(const std::string& name) {
@@ -94,14 +76,14 @@ Segment::Segment(const std::filesystem::path& folder, const std::string& name, i
         if (descriptor_ < 0)
             throw failure(name, "cannot open " + file_.string() + ": " + std::strerror(errno));
         // The last one to close a file locks it against all others while deleting it.
-        if (!lock(descriptor_, life_byte, F_RDLCK) || !is_named()) {
+        if (!lock_byte(descriptor_, life_byte, F_RDLCK) || !is_named(descriptor_, file_.c_str())) {
             ::close(descriptor_);
             continue;
         }
         std::string wrong;
-        if (role == Role::writer && !lock(descriptor_, writer_byte, F_WRLCK))
+        if (role == Role::writer && !lock_byte(descriptor_, writer_byte, F_WRLCK))
             wrong = "somebody else writes it; give this one another name, or end the other";
-        else if (role == Role::reader && !lock(descriptor_, reader_byte, F_RDLCK))
+        else if (role == Role::reader && !lock_byte(descriptor_, reader_byte, F_RDLCK))
             wrong = std::string("cannot lock its file: ") + std::strerror(errno);
         else if (role == Role::writer)
             if (const int error = posix_fallocate(descriptor_, 0, static_cast<off_t>(bytes)); error != 0)
@@ -113,14 +95,9 @@ Segment::Segment(const std::filesystem::path& folder, const std::string& name, i
     written_ = newest(); // of a writer before
 }
 
-bool Segment::is_named() const noexcept {
-    struct stat ours = {}, found = {};
-    return fstat(descriptor_, &ours) == 0 && stat(file_.c_str(), &found) == 0 && ours.st_ino == found.st_ino;
-}
-
 void Segment::close() noexcept {
     if (descriptor_ < 0) return;
-    if (is_named() && lock(descriptor_, life_byte, F_WRLCK)) {
+    if (is_named(descriptor_, file_.c_str()) && lock_byte(descriptor_, life_byte, F_WRLCK)) {
         unlink(file_.c_str());
         rmdir(file_.parent_path().c_str()); // which does nothing while there are others
     }
@@ -129,7 +106,7 @@ void Segment::close() noexcept {
 }
 
 bool Segment::has(Role role) const noexcept {
-    return !is_free(descriptor_, role == Role::writer ? writer_byte : reader_byte);
+    return !is_byte_free(descriptor_, role == Role::writer ? writer_byte : reader_byte);
 }
 
 Segment::Head Segment::head() const noexcept {

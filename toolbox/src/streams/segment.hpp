@@ -51,8 +51,6 @@ class Segment {
     /// The zeros of a damaged one.
     Head head() const noexcept;
     static std::size_t place_bytes(std::uint64_t count) { return (count + 3) * sizeof(std::uint64_t); }
-    /// Does the name stand for the file that was opened, and not for one of others after it was removed?
-    bool is_named() const noexcept;
     void close() noexcept;
 
     std::filesystem::path file_;

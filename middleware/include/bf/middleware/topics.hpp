@@ -227,6 +227,7 @@ class SubscribeBlock : public Topic {
 
   private:
     Status failure(Now at, const Incoming& end) const noexcept;
+    template <class... Values> Status fail(Now at, const char* format, Values... values) const noexcept;
     FieldOutputs outputs_;
 };
 

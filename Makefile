@@ -99,7 +99,7 @@ python: configure
 
 # Rewrites the sources in the project's format.
 format: deps
-	git ls-files '*.hpp' '*.cpp' | xargs clang-format-14 -i
+	git ls-files --cached --others --exclude-standard '*.hpp' '*.cpp' | xargs clang-format-14 -i
 
 # The same of what the Python package is built and tested with.
 lock-python: deps

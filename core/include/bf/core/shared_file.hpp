@@ -1,5 +1,5 @@
-// Files by which programs know of each other: locks of single bytes, which end with the open file that has them,
-// however its program ends.
+// Files by which programs know of each other: locks of single bytes, which end with the open file that has
+// them, however its program ends.
 #pragma once
 
 #include <fcntl.h>

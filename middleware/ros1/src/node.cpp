@@ -2,6 +2,7 @@
 
 #include "bf/core/interrupt.hpp"
 #include "bf/middleware/ending.hpp"
+#include "bf/middleware/node_block.hpp"
 #include "master.hpp"
 #include "names.hpp"
 
@@ -349,23 +350,10 @@ std::shared_ptr<middleware::Incoming> Node::subscribe(const TopicOptions& topic,
 
 namespace {
 
-class NodeBlock final : public Block {
+class NodeBlock final : public middleware::NodeBlock {
   public:
-    explicit NodeBlock(const Arguments& arguments) : Block(arguments) {
-        std::vector<std::string> problems;
-        middleware::check_node(name_rules, "name", name, name_space, remap, problems);
-        for (auto& text : problems) problem(std::move(text));
-    }
-    Argument<std::string> name{this, "name", {.initial = "blockfactory", .doc = "of the node"}};
-    Argument<std::string> name_space{
-        this, "namespace", {.initial = "/", .doc = "in which names are that do not begin with /"}};
-    Argument<std::vector<std::string>> remap{
-        this, "remap", {.doc = "names that stand for others, each as from:=to"}};
-    Argument<bool> use_sim_time{
-        this,
-        "use_sim_time",
-        {.initial = false,
-         .doc = "time is what a simulator sends on /clock, 0 until it does, whatever /use_sim_time says"}};
+    explicit NodeBlock(const Arguments& arguments) : middleware::NodeBlock(arguments, name_rules) {}
+
     Provides<RosConnection> node{
         this, [this]() -> std::shared_ptr<const RosConnection> {
             return std::make_shared<RosConnection>(RosConnection{
@@ -387,7 +375,8 @@ void add_node(Library& library) {
         "A node of ROS 1 (roscpp), for Publish and Subscribe in its subsystem and below. Messages come in a "
         "thread of its own and are sent by another, and the newest counts. The master is that of "
         "ROS_MASTER_URI. The node sees programs of this computer alone, unless ROS_HOSTNAME or ROS_IP says "
-        "by what name others reach it. A program is one node, whatever namespaces its blocks have. It has no "
+        "by what name others reach it. Whether time is that of /clock its argument alone says, not the "
+        "parameter /use_sim_time. A program is one node, whatever namespaces its blocks have. It has no "
         "ports. Errors: no master answers; names that ROS 1 does not allow; two nodes with different names.");
 }
 

@@ -2,6 +2,7 @@
 #include "bf/core/interrupt.hpp"
 #include "bf/middleware/clock.hpp"
 #include "bf/middleware/exchange.hpp"
+#include "bf/middleware/node_block.hpp"
 #include "bf/toolbox/streams.hpp"
 #include "blocks.hpp"
 #include "messages.hpp"
@@ -179,22 +180,10 @@ struct Network final : toolbox::StreamNetwork {
     std::shared_ptr<toolbox::StreamConnection> open() const override { return std::make_shared<Streams>(); }
 };
 
-class NodeBlock final : public Block {
+class NodeBlock final : public middleware::NodeBlock {
   public:
-    explicit NodeBlock(const Arguments& arguments) : Block(arguments) {
-        std::vector<std::string> problems;
-        middleware::check_node(name_rules, "name", name, name_space, remap, problems);
-        for (auto& text : problems) problem(std::move(text));
-    }
-    Argument<std::string> name{this, "name", {.initial = "blockfactory", .doc = "of the node"}};
-    Argument<std::string> name_space{
-        this, "namespace", {.initial = "/", .doc = "in which names are that do not begin with /"}};
-    Argument<std::vector<std::string>> remap{
-        this, "remap", {.doc = "names that stand for others, each as from:=to"}};
-    Argument<bool> use_sim_time{
-        this,
-        "use_sim_time",
-        {.initial = false, .doc = "time is what a simulator sends on /clock, 0 until it does"}};
+    explicit NodeBlock(const Arguments& arguments) : middleware::NodeBlock(arguments, name_rules) {}
+
     Provides<RosNode> node{this, [this]() -> std::shared_ptr<const RosNode> {
                                return std::make_shared<RosNode>(
                                    RosNode{{name, name_space, node_arguments(remap, use_sim_time)}});
@@ -221,12 +210,11 @@ void add_network(Library& library) {
     library.group("topics").add<NodeBlock>(
         "Node",
         "A node of ROS 2 (rcl), for Publish and Subscribe in its subsystem and below. Messages come and go "
-        "in "
-        "two threads of its own, and the newest counts. It is also a network for the blocks StreamRead and "
-        "StreamWrite, whose streams are topics of std_msgs/msg/Float64MultiArray, and for NetworkClock and "
-        "RealTimeSynchronizer, whose time is that of ROS. It sees programs of this computer alone, unless "
-        "ROS_AUTOMATIC_DISCOVERY_RANGE or ROS_LOCALHOST_ONLY says otherwise; ROS_DOMAIN_ID counts as always. "
-        "It has no ports. Errors: names that ROS 2 does not allow.");
+        "in two threads of its own, and the newest counts. It is also a network for the blocks StreamRead "
+        "and StreamWrite, whose streams are topics of std_msgs/msg/Float64MultiArray, and for NetworkClock "
+        "and RealTimeSynchronizer, whose time is that of ROS. It sees programs of this computer alone, "
+        "unless ROS_AUTOMATIC_DISCOVERY_RANGE or ROS_LOCALHOST_ONLY says otherwise; ROS_DOMAIN_ID counts as "
+        "always. It has no ports. Errors: names that ROS 2 does not allow.");
 }
 
 } // namespace bf::ros2

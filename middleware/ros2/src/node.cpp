@@ -3,12 +3,14 @@
 #include "bf/core/interrupt.hpp"
 #include "bf/middleware/clock.hpp"
 #include "messages.hpp"
+#include "rmw_choice.hpp"
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <dlfcn.h>
+#include <rcl/domain_id.h>
 #include <rcl/error_handling.h>
 #include <rcl/graph.h>
 #include <rcutils/logging.h>
@@ -41,6 +43,11 @@ rmw_qos_profile_t profile_of(const Quality& quality) {
 bool is_set(const char* variable) {
     const char* value = std::getenv(variable);
     return value != nullptr && *value != '\0';
+}
+
+bool has_security() {
+    const char* value = std::getenv("ROS_SECURITY_ENABLE");
+    return value != nullptr && value == std::string_view("true");
 }
 
 /// Gives a middleware our profile, which keeps it to this computer, unless the user has given another one.
@@ -85,7 +92,24 @@ Context::Context(const NodeOptions& options) {
     // What goes wrong is told by those who call.
     rcutils_logging_set_output_handler([](auto...) {});
     rcl_init_options_t init = rcl_get_zero_initialized_init_options();
-    check(rcl_init_options_init(&init, rcl_get_default_allocator()), "ROS 2 does not begin");
+    const auto prepared = rcl_init_options_init(&init, rcl_get_default_allocator());
+    const char* const ours =
+        prepared == RCL_RET_OK ? rcl_init_options_get_rmw_init_options(&init)->implementation_identifier : "";
+    if (is_set(rmw_choice) && std::getenv(rmw_choice) != std::string_view(ours)) {
+        ignore(rcl_init_options_fini(&init));
+        throw std::runtime_error(std::string(rmw_choice) + " asks for '" + std::getenv(rmw_choice) +
+                                 "', which ROS 2 does not have here; unset it");
+    }
+    check(prepared, "ROS 2 does not begin");
+    // Fast DDS ends the program there: ports of a domain begin at 7400 + 250 times its number.
+    constexpr std::size_t last_domain = 232;
+    std::size_t domain = 0;
+    if (rcl_get_default_domain_id(&domain) == RCL_RET_OK && domain != RCL_DEFAULT_DOMAIN_ID &&
+        domain > last_domain) {
+        ignore(rcl_init_options_fini(&init));
+        throw std::runtime_error("ROS_DOMAIN_ID is " + std::to_string(domain) +
+                                 "; domains have numbers from 0 to " + std::to_string(last_domain));
+    }
     // Others than programs of this computer are found only where the user says so.
     if (!is_set("ROS_AUTOMATIC_DISCOVERY_RANGE") && !is_set("ROS_LOCALHOST_ONLY")) {
         auto& middleware = *rcl_init_options_get_rmw_init_options(&init);
@@ -101,7 +125,11 @@ Context::Context(const NodeOptions& options) {
     ignore(rcl_init_options_fini(&init));
     if (begun != RCL_RET_OK) {
         ignore(rcl_context_fini(&context));
-        throw std::runtime_error("ROS 2 does not begin: " + why);
+        throw std::runtime_error("ROS 2 does not begin" + (why.empty() ? "" : ": " + why) +
+                                 (has_security()
+                                      ? "; ROS_SECURITY_ENABLE asks for keys of this program, which are in "
+                                        "ROS_SECURITY_KEYSTORE"
+                                      : ""));
     }
     rcl_node_options_t node_options = rcl_node_get_default_options();
     const auto made =

@@ -6,6 +6,7 @@
 #include "messages.hpp"
 #include "names.hpp"
 #include "parameters.hpp"
+#include "rmw_choice.hpp"
 #include "robot.hpp"
 #include "types.hpp"
 
@@ -66,23 +67,19 @@ extern "C" bf::middleware::ServedParameters* bf_serve_parameters_v1(bf::middlewa
 }
 
 extern "C" void bf_plugin_v1(bf::Library& library) {
+    bf::ros2::give_rmw_choice_back();
     library.group("robot").add<bf::ros2::RobotBlock>(
-        "Robot",
-        "A robot behind joint states and the topics of ros2_control's controllers, in place of a world: the "
-        "robot that GetMeasurement, GetSensor and SetReferences in its subsystem and below use. Positions, "
-        "velocities and efforts are those of the joints that the messages name, in any order, of one program "
-        "or "
-        "several; the age is that of the oldest. Command messages have the joints in the order of "
-        "`joints`, which the controllers are to have, too. A thread of its own reads, and sends what was "
-        "commanded; "
-        "when the run ends, or has not stepped for `silence` s, it sends zero efforts and velocities, and "
-        "positions "
-        "stay. Limits are not known. With `step_size` the thread steps the robot instead, in lockstep with "
-        "the "
-        "diagram, by commands and the service robot/step (std_srvs/srv/Trigger). "
-        "Errors: no states, or not of all joints, or another node that sends commands, within start_timeout; "
-        "in a step: the mode is refused where "
-        "nobody listens to its topic; those of SharedMemory/Robot.");
+        "Robot", "A robot behind joint states and the topics of ros2_control's controllers, in place of a "
+                 "world: the robot that GetMeasurement, GetSensor and SetReferences in its subsystem and "
+                 "below use. Positions, velocities and efforts are those of the joints that the messages "
+                 "name, in any order, of one program or several; the age is that of the oldest. Command "
+                 "messages have the joints in the order of `joints`, which the controllers are to have, too. "
+                 "A thread of its own reads, and sends what was commanded; when the run ends, or has not "
+                 "stepped for `silence` s, it sends zero efforts and velocities, and positions stay. Limits "
+                 "are not known. With `step_size` the thread steps the robot instead, in lockstep with the "
+                 "diagram, by commands and the service robot/step (std_srvs/srv/Trigger). Errors: no states, "
+                 "or not of all joints, or another node that sends commands, within start_timeout; in a "
+                 "step: the mode is refused where nobody listens to its topic; those of SharedMemory/Robot.");
     bf::ros2::add_network(library);
     bf::ros2::add_topics(library);
     bf::ros2::add_calls(library);

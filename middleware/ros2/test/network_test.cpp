@@ -143,6 +143,25 @@ TEST_F(Ros2Faults, AFloodLeavesTheNewestToTheSteps) {
     EXPECT_GT(run.scalar("s.received"), 100) << "more than there are steps";
 }
 
+/// librcl and Fast DDS end the program there.
+TEST_F(Ros2Faults, AMiddlewareAndADomainThatAreNotThereAreRefusedByNodesAlone) {
+    const Folder folder;
+    const std::string run = "run --stop 1 " + folder.write("node.yaml", model(""));
+    const auto said = [](const std::string& variable, const std::string& verb) {
+        Program program({"/bin/sh", "-c", variable + " exec " BF_PROGRAM " " + verb + " 2>&1"});
+        std::string all;
+        for (std::string line; !(line = program.line()).empty();) all += line + "\n";
+        return all;
+    };
+    toolbox::test::expect_contains(
+        said("RMW_IMPLEMENTATION=rmw_none_cpp", run),
+        "node: RMW_IMPLEMENTATION asks for 'rmw_none_cpp', which ROS 2 does not have here; unset it");
+    toolbox::test::expect_contains(said("RMW_IMPLEMENTATION=rmw_none_cpp", "describe Ros2/Subscribe"),
+                                   "topic");
+    toolbox::test::expect_contains(said("ROS_DOMAIN_ID=233", run),
+                                   "node: ROS_DOMAIN_ID is 233; domains have numbers from 0 to 232");
+}
+
 TEST_F(Ros2Faults, AServerThatStallsEndsTheRunAndGoesOnWithTheNextOne) {
     if (!Peer::is_there()) GTEST_SKIP() << "there is no rclpy";
     const Folder folder;

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Checks the sources against the table "Folders and arrows" of ARCHITECTURE.md and the size limits of STYLE.md. The
-table stands once: a folder's README does not repeat its row.
+table stands once: a folder's README does not repeat its row. Tests that it names as `Suite.Test` are there.
 
 Usage: check_structure.py [ROOT]. A folder may include its own headers, those of the folders that its row names, and
 the outside libraries that its row names. Exits 1 and lists every violation with its file and line.
@@ -69,6 +69,7 @@ def folder_of(header, folders):
 def main():
     table = read_table()
     problems = []
+    tests = set()
     for path in sorted(ROOT.rglob("*")):
         relative = path.relative_to(ROOT)
         top = relative.parts[0] if relative.parts else ""
@@ -87,6 +88,8 @@ def main():
             continue
         allowed = table[folder]
         is_test = "/test/" in name
+        if is_test:
+            tests.update(re.findall(r"^TEST(?:_F|_P)?\((\w+), (\w+)\)", "\n".join(lines), re.MULTILINE))
         if EVERYTHING in allowed or is_test:
             continue
         for number, line in enumerate(lines, 1):
@@ -109,6 +112,9 @@ def main():
         for number, line in enumerate(path.read_text(errors="replace").splitlines(), 1):
             if "may include" in line.lower():
                 problems.append(f"{relative}:{number}: who may include whom is said in ARCHITECTURE.md alone")
+            for suite, test in re.findall(r"`([A-Z]\w+)\.([A-Z]\w+)`", line):
+                if (suite, test) not in tests:
+                    problems.append(f"{relative}:{number}: there is no test {suite}.{test}")
     if not table:
         problems.append("ARCHITECTURE.md: the table of folders was not found")
     for problem in problems:

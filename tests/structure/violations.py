@@ -18,6 +18,7 @@ CASES = {
     "low/include/bf/low/c.hpp": ("//\n" * 401, "low/include/bf/low/c.hpp: 401 lines, the limit is 400"),
     "low/src/d.cpp": ("//\n" * 701, "low/src/d.cpp: 701 lines, the limit is 700"),
     "low/README.md": ("# low\n\nMay include: Eigen.\n", "low/README.md:3: who may include whom is said in ARCHITECTURE.md alone"),
+    "high/README.md": ("# high\n\nHeld by `High.IsHigh` and `High.IsThere`.\n", "high/README.md:3: there is no test High.IsHigh"),
     "odd/src/e.cpp": ("", "odd/src/e.cpp: the folder has no row in ARCHITECTURE.md"),
 }
 
@@ -32,7 +33,7 @@ def check(files):
 
 
 legal = {"ARCHITECTURE.md": TABLE, "high/src/ok.cpp": '#include "bf/low/x.hpp"\n#include <vector>\n',
-         "low/test/t.cpp": '#include "bf/high/x.hpp"\n'}
+         "low/test/t.cpp": '#include "bf/high/x.hpp"\nTEST_F(High, IsThere) {}\n'}
 result = check(legal)
 assert result.returncode == 0 and not result.stdout, result.stdout
 for file, (text, expected) in CASES.items():

@@ -3,9 +3,8 @@
 #include "frames.hpp"
 #include "heap.hpp"
 #include "master.hpp"
+#include "told.hpp"
 
-#include <Eigen/Geometry>
-#include <cmath>
 #include <cstring>
 
 namespace bf::ros1::test {
@@ -25,23 +24,13 @@ std::string pose_of(const std::string& settings, const std::string& node = "Node
 using Ros1Frames = WithMaster;
 
 TEST_F(Ros1Frames, AreFollowedAlongTheirTree) {
-    Peer peer({"frames", "200",
-               "u = t % 10; tf('map', 'base', t, u, 2.0, 0.0, 0.3 * u); still('base', 'camera', 0.0, 1.0, "
-               "0.5, 0.0)"});
+    Peer peer({"frames", "200", middleware::test::moving_frames});
     ASSERT_EQ(peer.line(), "ready");
     Running run(pose_of(", target: map, source: camera, start_timeout: 20"));
     int seen = 0;
     double last = -1;
     ASSERT_TRUE(steps_until(run, [&] {
-        const Eigen::Matrix4d H = run.get("s.target_H_source");
-        const double angle = std::atan2(H(1, 0), H(0, 0)), u = angle / 0.3;
-        Eigen::Matrix4d expected = Eigen::Matrix4d::Identity();
-        expected.topLeftCorner<2, 2>() = Eigen::Rotation2D<double>(angle).matrix();
-        expected.topRightCorner<2, 1>() =
-            Eigen::Vector2d(u, 2) + Eigen::Rotation2D<double>(angle) * Eigen::Vector2d(1, 0.5);
-        EXPECT_LT((H - expected).cwiseAbs().maxCoeff(), 1e-9);
-        EXPECT_GT(run.scalar("s.age"), 0);
-        EXPECT_LT(run.scalar("s.age"), 5);
+        const double u = middleware::test::expect_the_moving_pose(run);
         seen += u != last;
         last = u;
         return seen > 20;

@@ -3,9 +3,7 @@
 #include "heap.hpp"
 #include "models.hpp"
 #include "peer.hpp"
-
-#include <Eigen/Geometry>
-#include <cmath>
+#include "told.hpp"
 
 namespace bf::ros2::test {
 namespace {
@@ -27,26 +25,15 @@ class Ros2Frames : public Alone {
 
 } // namespace
 
-/// The base moves along x by u and turns by 0.3 u about z, where u is the time within ten seconds; the camera
-/// is at rest in it.
 TEST_F(Ros2Frames, AreFollowedAlongTheirTree) {
-    auto peer = told("u = t % 10; tf('map', 'base', t, u, 2, 0, 0.3 * u); still('base', 'head', 0, 0, 0, 1); "
-                     "still('base', 'camera', 0, 1, 0.5, 0)");
+    auto peer = told(std::string("still('base', 'head', 0, 0, 0, 1); ") + middleware::test::moving_frames);
     ASSERT_EQ(peer.line(), "ready");
     Running run(pose_of(", target: map, source: camera, start_timeout: 20"));
     int seen = 0;
     double last = -1;
     ASSERT_TRUE(steps_until(run, [&] {
         EXPECT_EQ(run.scalar("s.valid"), 1);
-        const Eigen::Matrix4d H = run.get("s.target_H_source");
-        const double angle = std::atan2(H(1, 0), H(0, 0)), u = angle / 0.3;
-        Eigen::Matrix4d expected = Eigen::Matrix4d::Identity();
-        expected.topLeftCorner<2, 2>() = Eigen::Rotation2D<double>(angle).matrix();
-        expected.topRightCorner<2, 1>() =
-            Eigen::Vector2d(u, 2) + Eigen::Rotation2D<double>(angle) * Eigen::Vector2d(1, 0.5);
-        EXPECT_LT((H - expected).cwiseAbs().maxCoeff(), 1e-9);
-        EXPECT_GT(run.scalar("s.age"), 0);
-        EXPECT_LT(run.scalar("s.age"), 5);
+        const double u = middleware::test::expect_the_moving_pose(run);
         seen += u != last;
         last = u;
         return seen > 20;

@@ -32,8 +32,8 @@ void camera_block(benchmark::State& state) {
                           "model: m\nplugins: [WholeBodyToolbox, WholeBodyCameras]\nstep: 0.001\nblocks:\n"
                           "  world: {block: WholeBodyToolbox/World, file: \"'" +
                           world +
-                          "'\"}\n  camera: {block: WholeBodyCameras/WorldCamera, pose: \"[0 0 -1 2; 1 "
-                          "0 0 0; 0 -1 0 0.8; 0 0 0 1]\"}\n"),
+                          "'\"}\n  camera: {block: WholeBodyCameras/WorldCamera, pose: \"[0 0 -1 2; 1 0 0 0; "
+                          "0 -1 0 0.8; 0 0 0 1]\"}\n"),
                       blocks);
     bf::Simulation simulation(diagram);
     simulation.start();

@@ -49,9 +49,9 @@ struct Made {
         std::ofstream(path / "controller.yaml") << controller;
         execute(BF_COMMAND " export-fmu controller.yaml -o controller.fmu >log 2>&1");
         execute(BF_COMMAND " generate controller.yaml -o code >log 2>&1");
-        execute("cd code && c++ -std=c++17 -O3 -fno-tree-slp-vectorize -DNDEBUG -ffp-contract=off "
-                "-fno-semantic-interposition "
-                "-fPIC -shared -I. -Iinclude controller*.cpp -o libcontroller.so");
+        execute(
+            "cd code && c++ -std=c++17 -O3 -fno-tree-slp-vectorize -DNDEBUG -ffp-contract=off "
+            "-fno-semantic-interposition -fPIC -shared -I. -Iinclude controller*.cpp -o libcontroller.so");
         bf::fmi::extract(path / "controller.fmu", path / "fmu");
         fmu = open(path / "fmu/binaries/x86_64-linux/controller.so");
         generated = find<bf_run_v1_function>(open(path / "code/libcontroller.so"), "bf_run_v1")();

@@ -402,9 +402,8 @@ void Differential::rows(const std::vector<Part>& from, std::vector<SlopeRow>& al
 
 void Differential::check_finite(const Plan& plan, bool is_finite) const {
     if (!is_finite)
-        fail(plan.node,
-             "its derivative is not finite at this operating point (as that of a root at 0); choose "
-             "another one");
+        fail(plan.node, "its derivative is not finite at this operating point (as that of a root at 0); "
+                        "choose another one");
 }
 
 Differential::Directions Differential::directions() {

@@ -128,9 +128,8 @@ void DualRun::refuse_jumps() const {
             memory.is_reset ? "is reset" : "is triggered");
     for (const auto& loop : d_.plan.loops)
         if (loop.kind != Loop::Kind::algebraic) add(loop.path, "iterates");
-    refuse({}, name_list(all) +
-                   ", which is not differentiated over a run; differentiate a model without that, "
-                   "or by differences of runs");
+    refuse({}, name_list(all) + ", which is not differentiated over a run; differentiate a model without "
+                                "that, or by differences of runs");
 }
 
 const std::vector<Literal>& DualRun::tests(const std::vector<Literal>& literals) const {

@@ -212,9 +212,8 @@ Gradient gradient(const Simulation& run, const GradientOptions& options) {
         go_along(run, by, costs[0], horizon, result);
     }
     if (!result.slopes.allFinite())
-        throw RunError(
-            "the gradient is not finite: a derivative on the way is infinite, as that of a root at "
-            "0; begin elsewhere");
+        throw RunError("the gradient is not finite: a derivative on the way is infinite, as that of a root "
+                       "at 0; begin elsewhere");
     return result;
 }
 

@@ -39,8 +39,8 @@ class Linearization {
             for (const auto& channel : *channels)
                 if (is_state(slot(channel.end).role))
                     throw RunError("'" + channel.name +
-                                   "' is a state, to which nothing is added and which nobody reads as "
-                                   "a signal; name an output of its block, or what it follows from");
+                                   "' is a state, to which nothing is added and which nobody reads as a "
+                                   "signal; name an output of its block, or what it follows from");
         leaves_states_out_ = !keeps_all();
         if (leaves_states_out_) find_between();
         for (int n = 0; n < static_cast<int>(d_.nodes.size()); ++n)
@@ -400,8 +400,8 @@ class Linearization {
                 holds_a_loop_ = true;
                 system_.held.push_back(
                     channel.name + ": where it is cut it is held over the common period of " + rates_text() +
-                    ", and the loop goes on within; its margins are of what is added as "
-                    "rarely, open the path of the slowest rate (--open)");
+                    ", and the loop goes on within; its margins are of what is added as rarely, open the "
+                    "path of the slowest rate (--open)");
             }
         const int count = static_cast<int>(kept_.size()), columns = count + size(from_);
         Differential map(run_, columns, options_.by_differences);

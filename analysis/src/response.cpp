@@ -63,8 +63,7 @@ LinearSystem closed(const LinearSystem& loop, int output, int input) {
     const double gain = 1 / (1 + one.D(0, 0));
     if (!std::isfinite(gain))
         throw RunError("the loop through '" + one.outputs.front() +
-                       "' has a gain of -1 without delay: closed it is no "
-                       "system");
+                       "' has a gain of -1 without delay: closed it is no system");
     one.A = (one.A - gain * one.B * one.C).eval();
     one.B *= gain;
     one.C *= gain;

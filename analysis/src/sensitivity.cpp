@@ -286,10 +286,9 @@ class Sensitivity {
                 return read_value(run_.context().data(of.node, of.slot), d_.slot(of).type, 0);
             };
             if (read(find_state(d_, path + ".count")) == 0)
-                throw RunError(
-                    "the check '" + path +
-                    "' has looked at no step when the run ends; let it begin earlier or the run end "
-                    "later, or name other checks");
+                throw RunError("the check '" + path +
+                               "' has looked at no step when the run ends; let it begin earlier or the run "
+                               "end later, or name other checks");
             values.push_back(read(found->second));
         }
         return values;

@@ -226,8 +226,8 @@ void check_joints(const std::vector<std::string>& wanted, const urdf::ModelInter
         if (!is_single(*joint->second)) {
             throw std::runtime_error(
                 "joint '" + name + where +
-                "has more than one degree of freedom; only revolute, continuous and prismatic "
-                "joints can be listed, and any other is locked when the list leaves it out");
+                "has more than one degree of freedom; only revolute, continuous and prismatic joints can be "
+                "listed, and any other is locked when the list leaves it out");
         }
         if (!seen.insert(name).second) {
             throw std::runtime_error("joint '" + name + where + "is listed twice; list every joint once");

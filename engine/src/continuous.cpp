@@ -200,16 +200,14 @@ bool Simulation::accumulates(double t, int events) noexcept {
         const bool is_close = recent.close == 3 && !guard.may_slide;
         if (events == most_events || (is_close && guard.counts()))
             return !fail(
-                Status::failure("it jumps or crosses zero more often than {} times in one base step: "
-                                "give the model a shorter 'step', or let the signal change less often",
+                Status::failure("it jumps or crosses zero more often than {} times in one base step: give "
+                                "the model a shorter 'step', or let the signal change less often",
                                 events == most_events ? most_events : 10000),
                 guard.node);
         if (is_close)
-            return !fail(
-                Status::failure(
-                    "its zero crossings accumulate (Zeno behaviour or chattering): let the block rest "
-                    "below a small speed, or give it hysteresis"),
-                guard.node);
+            return !fail(Status::failure("its zero crossings accumulate (Zeno behaviour or chattering): let "
+                                         "the block rest below a small speed, or give it hysteresis"),
+                         guard.node);
     }
     return false;
 }

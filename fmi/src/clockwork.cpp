@@ -53,10 +53,9 @@ bool Clockwork::begin(Instance& instance, double start) noexcept {
         if (!instance.get_interval(clock.reference, clock.interval, clock.shift)) return false;
         if (!(clock.interval > 0 && std::isfinite(clock.interval)) ||
             !(clock.shift >= 0 && std::isfinite(clock.shift)))
-            return instance.fail(
-                "fmi3GetIntervalDecimal",
-                " gave an interval that is not above 0, a shift below 0, or one of them is not finite "
-                "(FMI 3.0, section 2.2.9)");
+            return instance.fail("fmi3GetIntervalDecimal",
+                                 " gave an interval that is not above 0, a shift below 0, or one of them is "
+                                 "not finite (FMI 3.0, section 2.2.9)");
     }
     return true;
 }

@@ -237,11 +237,10 @@ void LocalInstance::returned(const char* function) noexcept {
     if (changed_arithmetic_) return;
     changed_arithmetic_ = function;
     char text[300];
-    std::snprintf(
-        text, sizeof text,
-        "%s leaves the arithmetic of the process changed (rounding, or subnormal numbers flushed to "
-        "zero); it is put back after each call",
-        function);
+    std::snprintf(text, sizeof text,
+                  "%s leaves the arithmetic of the process changed (rounding, or subnormal numbers flushed "
+                  "to zero); it is put back after each call",
+                  function);
     log(fmi3Warning, "", text);
 }
 

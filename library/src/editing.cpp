@@ -128,9 +128,8 @@ Edited SimulationEditing::compared(const Edit& edit, const std::vector<Parameter
     Edited edited{.lost = std::move(found.lost), .begun = std::move(found.begun)};
     if (edit.is_by_hand) edited.unclear = unclear(from, to);
     if (edit.is_late)
-        edited.unclear.push_back(
-            "somebody else has edited the model of the program meanwhile, as its log says; "
-            "this one takes its place");
+        edited.unclear.push_back("somebody else has edited the model of the program meanwhile, as its log "
+                                 "says; this one takes its place");
     if (!edit.accepts_loss && !(edited.lost.empty() && edited.unclear.empty())) {
         next_.reset();
         return edited;

@@ -74,8 +74,9 @@ SweepRow run_point(const Sweep& sweep, const Point& point) {
         const LoadedModel loaded = load(sweep.file, overrides, sweep.texts);
         const Diagram& diagram = loaded.diagram;
         if (!std::isfinite(diagram.stop))
-            throw RunError(diagram.name + " does not say when it ends: give --stop SECONDS, or write "
-                                          "'stop: SECONDS' in the model");
+            throw RunError(
+                diagram.name +
+                " does not say when it ends: give --stop SECONDS, or write 'stop: SECONDS' in the model");
         Simulation simulation(diagram);
         if (const auto devices = simulation.context().devices(); !devices.empty())
             throw RunError(diagram.nodes[static_cast<std::size_t>(devices[0])].path +

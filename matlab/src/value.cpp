@@ -50,8 +50,7 @@ Class number_class(Class type) {
 std::string unsupported(Class type) {
     if (type != Class::Int64 && type != Class::Uint64) return {};
     return std::string(class_name(type)) +
-           " is not supported; use int32 or uint32, or double, which holds whole "
-           "numbers up to 2^53";
+           " is not supported; use int32 or uint32, or double, which holds whole numbers up to 2^53";
 }
 
 double cast(double x, Class type) {

@@ -81,8 +81,8 @@ Status CallBlock::output(Now at, Out out) const noexcept {
     if (!is_pending || !end.was_pending || end.taken.number != before) end.since = time;
     end.was_pending = is_pending;
     if (*timeout > 0 && time - end.since > *timeout)
-        return Status::failure("the service has not answered within argument 'timeout'; look whether it "
-                               "is there, or raise it");
+        return Status::failure(
+            "the service has not answered within argument 'timeout'; look whether it is there, or raise it");
     return ok;
 }
 

@@ -416,8 +416,7 @@ RemoteRobot::RemoteRobot(const Arguments& arguments)
             "clock",
             {.initial = "robot",
              .doc = "robot: each step waits until the robot's time has come to it; own: the loop's own clock "
-                    "decides "
-                    "when steps come, and each takes the newest state",
+                    "decides when steps come, and each takes the newest state",
              .choices = {"robot", "own"}}},
       timeout{this,
               "timeout",

@@ -96,9 +96,8 @@ RobotDescription RobotDescription::read(const std::string& text) {
         if (!(d.period > 0)) throw std::runtime_error("its period is not above 0");
         return d;
     } catch (const Json::exception&) {
-        throw std::runtime_error(
-            "what it says of itself cannot be read; start its server anew, and use the same "
-            "BlockFactory on both sides");
+        throw std::runtime_error("what it says of itself cannot be read; start its server anew, and use the "
+                                 "same BlockFactory on both sides");
     }
 }
 

@@ -225,8 +225,7 @@ class TopicEnd final : public RobotEnd {
     }
     const char* what_is_rejected() const noexcept override {
         return "a command that has not one finite number for each of its joints, or a trajectory that it "
-               "cannot "
-               "follow";
+               "cannot follow";
     }
     const std::string& name() const noexcept override { return name_; }
 

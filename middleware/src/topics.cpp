@@ -147,11 +147,10 @@ Status SubscribeBlock::output(Now at, Out out) const noexcept {
     out[age] = its_age;
     out[received] = count;
     if (*timeout > 0 && its_age > *timeout)
-        return fail(
-            at,
-            "no message of '%.200s' came within the timeout of %g s; look whether its sender runs, or "
-            "raise timeout",
-            topic->c_str(), *timeout);
+        return fail(at,
+                    "no message of '%.200s' came within the timeout of %g s; look whether its sender runs, "
+                    "or raise timeout",
+                    topic->c_str(), *timeout);
     return ok;
 }
 

@@ -159,10 +159,9 @@ void RobotIndex::find(const mjModel* m, const RobotOptions& options, const std::
         const std::string index = std::to_string(i);
         const int at = site("ft:" + index);
         if (m->body_subtreemass[m->site_bodyid[at]] < 1e-9)
-            throw std::runtime_error(
-                "force/torque sensor at '" + options.ft_sensors[i] +
-                "' carries no mass, so it would always read 0; name the fixed joint that "
-                "joins the two parts of the limb, such as l_foot_ft_sensor");
+            throw std::runtime_error("force/torque sensor at '" + options.ft_sensors[i] +
+                                     "' carries no mass, so it would always read 0; name the fixed joint "
+                                     "that joins the two parts of the limb, such as l_foot_ft_sensor");
         ft_sites.push_back(at);
         force_sensors.push_back(sensor("force:" + index));
         torque_sensors.push_back(sensor("torque:" + index));

@@ -250,11 +250,10 @@ bool SceneSimulation::Impl::check_motion() noexcept {
                                         {mjWARN_BADQVEL, "velocity"},
                                         {mjWARN_BADQPOS, "position"}})
         if (data->warning[warning].number > 0)
-            return fail(
-                {Cause::motion},
-                "t = %g s: the simulation diverged, the %s of '%s' is not finite or above 1e10; lower "
-                "the gains or the time step, or add armature",
-                data->time, what, owner_of_velocity(data->warning[warning].lastinfo));
+            return fail({Cause::motion},
+                        "t = %g s: the simulation diverged, the %s of '%s' is not finite or above 1e10; "
+                        "lower the gains or the time step, or add armature",
+                        data->time, what, owner_of_velocity(data->warning[warning].lastinfo));
     for (int i = 0; i < mjNWARNING; ++i)
         if (data->warning[i].number > 0)
             return fail({Cause::motion}, "t = %g s: %s", data->time,

@@ -246,12 +246,12 @@ void add_play(mjSpec* spec, const mjsJoint& joint, const std::string& name, doub
     mjsBody* body = mjs_getParent(joint.element);
     if (!(joint.armature > 0.0))
         throw std::runtime_error("joint '" + name +
-                                 "' has backlash, but its motor has no inertia, with which "
-                                 "it turns between the flanks; give armature");
+                                 "' has backlash, but its motor has no inertia, with which it turns between "
+                                 "the flanks; give armature");
     if (mjs_firstChild(body, mjOBJ_JOINT, 0) != joint.element || mjs_nextChild(body, joint.element, 0))
-        throw std::runtime_error("joint '" + name +
-                                 "' has backlash, but its link has several joints; "
-                                 "give backlash to joints that are alone");
+        throw std::runtime_error(
+            "joint '" + name +
+            "' has backlash, but its link has several joints; give backlash to joints that are alone");
     mjsJoint* play = mjs_addJoint(body, nullptr);
     mjs_setName(play->element, play_of(name).c_str());
     play->type = joint.type;
@@ -314,11 +314,10 @@ void complete(RobotOptions& options, const Urdf& urdf) {
     if (options.base_link.empty()) options.base_link = urdf.first_heavy_link();
     urdf.require_link(options.base_link, "base link");
     if (options.floating_base && options.base_link == "world")
-        throw std::runtime_error(
-            "the link 'world' of '" + urdf.file.string() +
-            "' stands still by its name and cannot float; set floating_base to false, or "
-            "choose another base_link, such as '" +
-            urdf.first_heavy_link() + "'");
+        throw std::runtime_error("the link 'world' of '" + urdf.file.string() +
+                                 "' stands still by its name and cannot float; set floating_base to false, "
+                                 "or choose another base_link, such as '" +
+                                 urdf.first_heavy_link() + "'");
 
     if (options.imu_frame.empty()) options.imu_frame = options.base_link;
     urdf.require_link(options.imu_frame, "frame of the IMU");

@@ -111,10 +111,9 @@ void check(Complaints& complaints, const RobotOptions& r) {
     check_names(complaints, "ft_sensors", r.ft_sensors);
     check_names(complaints, "push_links", r.push_links);
     if (r.initial_w_H_b) {
-        complaints.require(
-            is_rigid(*r.initial_w_H_b),
-            "initial_w_H_b is no homogeneous transform; its rotation must be orthonormal and its "
-            "last row (0, 0, 0, 1)");
+        complaints.require(is_rigid(*r.initial_w_H_b),
+                           "initial_w_H_b is no homogeneous transform; its rotation must be orthonormal and "
+                           "its last row (0, 0, 0, 1)");
     }
 }
 
@@ -139,8 +138,7 @@ std::string Surface::complaint() const {
                midpoint > 0.0 && midpoint < 1.0 && power >= 1.0 && power <= 1e6))
         text << "solimp is (" << least << ' ' << most << ' ' << width << ' ' << midpoint << ' ' << power
              << "); impedances and midpoint lie between 0 and 1, the width is above 0 and the power at least "
-                "1, as in "
-                "(0.9 0.95 0.001 0.5 2)";
+                "1, as in (0.9 0.95 0.001 0.5 2)";
     return text.str();
 }
 

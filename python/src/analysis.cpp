@@ -44,12 +44,11 @@ void bind_results(nb::module_& m) {
         .def_ro("is_stable", &Margins::is_stable, "Is the closed loop?")
         .def("__repr__", [](const Margins& m) {
             char text[200];
-            std::snprintf(
-                text, sizeof text,
-                "<Margins: gain %.4g at %.4g rad/s, phase %.4g degrees at %.4g rad/s, delay %.4g s, "
-                "closed loop %s>",
-                m.gain, m.phase_crossover, m.phase, m.gain_crossover, m.delay,
-                m.is_stable ? "stable" : "unstable");
+            std::snprintf(text, sizeof text,
+                          "<Margins: gain %.4g at %.4g rad/s, phase %.4g degrees at %.4g rad/s, delay %.4g "
+                          "s, closed loop %s>",
+                          m.gain, m.phase_crossover, m.phase, m.gain_crossover, m.delay,
+                          m.is_stable ? "stable" : "unstable");
             return std::string(text);
         });
     nb::class_<StepResponse>(m, "StepResponse", "Of a step of 1 at 0 s, from rest.")

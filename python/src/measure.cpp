@@ -23,9 +23,8 @@ template <class F> auto explored(PythonRun& self, F&& f) {
     const InUse use(self);
     self.require_started();
     if (!self.observers.empty() || !self.recorders.empty())
-        raise("RunError",
-              "the run is recorded or observed, and would show what is only tried; end that first, "
-              "or use another run");
+        raise("RunError", "the run is recorded or observed, and would show what is only tried; end that "
+                          "first, or use another run");
     auto found = interruptible(f, [&] { return self.pending.is_there(); });
     self.pending.raise();
     return std::move(*found);

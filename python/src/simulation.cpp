@@ -236,8 +236,7 @@ std::vector<double> values_for(const std::string& path, const nb::object& shape,
     if (nb::len(given) > 0 && !given.equal(shape))
         raise("WrongValue", path + " has shape " + nb::cast<std::string>(nb::str(shape)) +
                                 ", but the value has shape " + nb::cast<std::string>(nb::str(given)) +
-                                "; give one of that shape, or one number for all "
-                                "elements");
+                                "; give one of that shape, or one number for all elements");
     return numbers_of(array);
 }
 
@@ -314,9 +313,8 @@ void Pending::raise_unless_of_block() {
 
 InUse::InUse(PythonRun& run) : run_(run), around_(stepping) {
     if (run_.is_in_use.exchange(true))
-        raise("RunError",
-              "the simulation is being stepped by another thread, or by its own observer; give each "
-              "thread a simulation of its own, or wait");
+        raise("RunError", "the simulation is being stepped by another thread, or by its own observer; give "
+                          "each thread a simulation of its own, or wait");
     stepping = &run_.pending;
 }
 InUse::~InUse() {
@@ -403,8 +401,7 @@ void bind_simulation(nb::module_& m) {
             },
             nb::arg("path"), nb::sig("def __getitem__(self, path: str, /) -> NDArray[Any]"),
             "What the signal is now: a view that follows the run, keeps it alive, and cannot be written. () "
-            "of a "
-            "scalar, (n,), or (rows, columns).")
+            "of a scalar, (n,), or (rows, columns).")
         .def(
             "__contains__",
             [](PythonRun& self, nb::handle path) {
@@ -513,8 +510,7 @@ void bind_simulation(nb::module_& m) {
                 return nb::bytes(bytes.data(), bytes.size());
             },
             "All that the run needs to go on bit for bit, as the content of a snapshot file. Throws RunError "
-            "where a "
-            "block cannot be saved.")
+            "where a block cannot be saved.")
         .def(
             "restore",
             [](PythonRun& self, nb::bytes snapshot) {

@@ -33,9 +33,9 @@ void bind_sweep(nb::module_& m) {
         },
         nb::arg("file"), nb::arg("texts"), nb::arg("axes"), nb::arg("changes"), nb::arg("finals"),
         nb::arg("jobs"), nb::arg("progress"),
-        nb::sig("def _sweep(file: str, texts: dict[str, str], axes: list[tuple[str, list[str]]], "
-                "changes: list[tuple[str, str]], finals: list[str], jobs: int, "
-                "progress: Callable[[int, int], bool]) -> list[Any]"));
+        nb::sig("def _sweep(file: str, texts: dict[str, str], axes: list[tuple[str, list[str]]], changes: "
+                "list[tuple[str, str]], finals: list[str], jobs: int, progress: Callable[[int, int], bool]) "
+                "-> list[Any]"));
 }
 
 } // namespace bf::python

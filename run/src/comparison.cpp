@@ -55,8 +55,8 @@ Comparison::Comparison(const Run& run, const std::string& text) {
     if (std::find(std::begin(all), std::end(all), comparison) == std::end(all) ||
         !read_value(trimmed(text.substr(end + 1)), x).empty() || std::isnan(x))
         throw RunError("'" + text +
-                       "' is no event; write SIGNAL, one of > >= < <= == ~=, and a number, "
-                       "e.g. --until 'controller.x > 0.3'");
+                       "' is no event; write SIGNAL, one of > >= < <= == ~=, and a number, e.g. --until "
+                       "'controller.x > 0.3'");
     const std::string name = trimmed(text.substr(0, begin));
     const auto [path, which] = split_element(name);
     signal_ = find_signal(run, std::string(path));

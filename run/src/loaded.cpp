@@ -201,9 +201,8 @@ std::vector<ParameterValue> LoadedRun::follow(const std::vector<ParameterValue>&
 
 std::vector<std::byte> LoadedRun::snapshot() const {
     if (library_->snapshot_size == 0)
-        throw RunError(name() +
-                       ": it holds blocks that generated code makes through the factory, whose state "
-                       "cannot be saved; save the interpreted model");
+        throw RunError(name() + ": it holds blocks that generated code makes through the factory, whose "
+                                "state cannot be saved; save the interpreted model");
     if (library_->failure(model_))
         throw RunError(name() + ": a step failed, so there is no state to go on from");
     std::vector<std::byte> bytes(library_->snapshot_size);

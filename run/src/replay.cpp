@@ -43,8 +43,8 @@ ModelSource recorded_source(const recording::Recording& recording) {
     if (file.empty() || !source.texts.contains(source.file))
         throw RunError(
             recording.complete
-                ? "the recording does not hold its model, so it cannot be run again; bf run --record "
-                  "makes recordings that do"
+                ? "the recording does not hold its model, so it cannot be run again; bf run --record makes "
+                  "recordings that do"
                 : "the recording was cut or damaged before its model, so it cannot be run again (" +
                       recording.defect + "); record it again");
     if (const auto overrides = recording.metadata.find("overrides"); overrides != recording.metadata.end())

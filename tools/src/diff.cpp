@@ -79,9 +79,9 @@ void add_diff(CLI::App& app) {
                      "SVG, PDF or PNG file with both side by side, what differs outlined")
         ->type_name("FILE");
     command
-        ->add_option("--system", options->system,
-                     "path of the subsystem or state machine to draw, in the later model; otherwise "
-                     "the model itself")
+        ->add_option(
+            "--system", options->system,
+            "path of the subsystem or state machine to draw, in the later model; otherwise the model itself")
         ->needs("--output")
         ->type_name("PATH");
     command->add_flag("--dark", options->is_dark, "a picture for a dark page")->needs("--output");

@@ -54,8 +54,7 @@ nlohmann::ordered_json examine_real_time(const utsname& system) {
     const bool is_rt = std::string(system.version).find("PREEMPT_RT") != std::string::npos;
     add("kernel", is_rt, is_rt ? "PREEMPT_RT" : "without PREEMPT_RT",
         "wake-ups may be late by milliseconds: install the package linux-image-rt-amd64 of Debian, or a "
-        "kernel "
-        "with PREEMPT_RT");
+        "kernel with PREEMPT_RT");
     const auto granted = [&](const char* name, realtime::ThreadOptions options, int limit) {
         std::vector<std::string> refused; // in a thread of its own, which takes the priority with it
         std::thread([&] { refused = realtime::prepare_thread(options); }).join();

@@ -148,8 +148,7 @@ void add_edit(CLI::App& app) {
     command
         ->add_option("--attach", options->attach,
                      "watch, tune, start and stop a program that runs the model, instead of simulating it: "
-                     "the address "
-                     "that bf run --realtime --serve or a generated program printed")
+                     "the address that bf run --realtime --serve or a generated program printed")
         ->type_name("ADDRESS");
     command->add_flag("--protocol", options->shows_protocol,
                       "only print what page and program say to each other, as TypeScript");

@@ -465,10 +465,9 @@ MadeFmu make_fmu(const std::vector<FmuVariant>& variants, const FmuOptions& opti
     if (targets.empty()) targets = {machine()};
     if (code.is_hosted) {
         if (options.has_no_binary || targets != std::vector{machine()})
-            throw CommandError("the model has blocks from plugins, which are binaries of this machine (" +
-                               machine() +
-                               "); leave --sources-only and --target out, or export the part of "
-                               "the model without them");
+            throw CommandError(
+                "the model has blocks from plugins, which are binaries of this machine (" + machine() +
+                "); leave --sources-only and --target out, or export the part of the model without them");
         libraries = libraries_of(code.plugins, *loaded.registry);
         for (const auto& [place, file] : resources_of(loaded))
             contents["resources/" + place] = read_text_file(file);
@@ -480,11 +479,10 @@ MadeFmu make_fmu(const std::vector<FmuVariant>& variants, const FmuOptions& opti
     contents["documentation/index.html"] = page(loaded, description);
     std::string& license = contents["documentation/licenses/license.txt"];
     if (code.is_hosted) {
-        license =
-            "The library and what is called libbf_* and WholeBodyToolbox beside it are BlockFactory's, "
-            "licensed "
-            "under the Apache License 2.0\n(SPDX-License-Identifier: Apache-2.0), but for what was made from "
-            "the model, whose authors license it. These stand there, too, and have licences of their own:\n";
+        license = "The library and what is called libbf_* and WholeBodyToolbox beside it are BlockFactory's, "
+                  "licensed under the Apache License 2.0\n(SPDX-License-Identifier: Apache-2.0), but for "
+                  "what was made from the model, whose authors license it. These stand there, too, and have "
+                  "licences of their own:\n";
         for (const auto& [name, file] : libraries) license += name + "\n";
         license += "So do the files under resources.\n";
     } else {

@@ -206,8 +206,8 @@ class SystemExporter {
         for (const auto& [argument, value] : node.arguments)
             if (argument == "structure" && !value.texts.empty())
                 refuse("'" + path +
-                       "' gives structural parameters of its FMU values, which a system does not hold "
-                       "here; export an FMU with these sizes");
+                       "' gives structural parameters of its FMU values, which a system does not hold here; "
+                       "export an FMU with these sizes");
         const std::string name = fmu_name(node);
         const fs::path file = fmi::find_fmu(name);
         const auto description = fmi::description_of(file);
@@ -269,8 +269,8 @@ class SystemExporter {
         const std::string path = scope.path + block.name;
         if (system.execution != model::Execution::plain && system.execution != model::Execution::atomic)
             refuse("the subsystem '" + path +
-                   "' has FMUs and runs under a condition or several times, which systems have not; "
-                   "take its FMUs out of it");
+                   "' has FMUs and runs under a condition or several times, which systems have not; take its "
+                   "FMUs out of it");
         element.is_system = true;
         Scope inner{path + ".", scope.file, scope.is_changed, scope.variables, scope.enumerations, {}};
         if (block.reference) {
@@ -320,8 +320,8 @@ class SystemExporter {
         const std::string path = scope.path + block.name;
         if (scope.is_changed)
             refuse("'" + path +
-                   "' is no FMU and stands in a file whose variables are replaced (with); "
-                   "put it into an FMU, or write the values into the file");
+                   "' is no FMU and stands in a file whose variables are replaced (with); put it into an "
+                   "FMU, or write the values into the file");
         std::vector<PartPort> ports;
         const auto add = [&](const std::string& port, bool is_input) {
             ports.push_back({port, port == block.name ? port + "_" : port, is_input});

@@ -267,8 +267,8 @@ void add_linearize(CLI::App& app) {
         ->type_name("FILE");
     command->footer("Examples:\n"
                     "  bf linearize docs/start/motor.yaml --from reference --to motor.omega\n"
-                    "  bf linearize docs/start/motor.yaml --from controller.voltage --to motor.omega "
-                    "--open controller.voltage -o motor.mat");
+                    "  bf linearize docs/start/motor.yaml --from controller.voltage --to motor.omega --open "
+                    "controller.voltage -o motor.mat");
     command->callback([options, output] { execute(*options, *output); });
 }
 

@@ -87,9 +87,8 @@ class Served final : public ModelParameters, public middleware::ParameterSource 
     void set(const Values& values) override {
         std::unique_lock lock(simulation_in_use_);
         if (!is_taken())
-            throw std::runtime_error(
-                "the last change waits for the next step of the model, whose time stands "
-                "still; let it go on");
+            throw std::runtime_error("the last change waits for the next step of the model, whose time "
+                                     "stands still; let it go on");
         std::vector<ParameterValue> asked;
         for (const auto& [name, elements] : values) asked.push_back({name, elements});
         auto parameters = simulation_.follow(asked);

@@ -269,9 +269,8 @@ void execute(const RunOptions& options) {
     const std::int64_t every = steps_of_checkpoints(options, diagram.step);
     const bool is_endless = !std::isfinite(diagram.stop);
     if (is_endless && options.stop.empty() && !std::isfinite(options.realtime.duration))
-        throw CommandError(diagram.name +
-                           " does not say when it ends: give --stop SECONDS (--stop Inf runs until "
-                           "Ctrl-C), or write 'stop: SECONDS' in the model");
+        throw CommandError(diagram.name + " does not say when it ends: give --stop SECONDS (--stop Inf runs "
+                                          "until Ctrl-C), or write 'stop: SECONDS' in the model");
 
     std::optional<OutputFile> summary, trace;
     if (!options.summary.empty()) summary.emplace(options.summary);

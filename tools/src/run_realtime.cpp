@@ -63,9 +63,9 @@ void RealtimeOptions::add_to(CLI::App& app) {
                                  "let viewers change parameters, start and stop the run; without it they "
                                  "look alone")
                         ->needs("--serve");
-    app.add_flag("--editable", is_editable,
-                 "let edits of the model act in the run, between two steps; without it they change the "
-                 "file alone")
+    app.add_flag(
+           "--editable", is_editable,
+           "let edits of the model act in the run, between two steps; without it they change the file alone")
         ->needs(control);
     app.add_flag("--wait", waits, "open no device and make no step until a viewer starts the run")
         ->needs(control);

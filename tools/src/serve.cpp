@@ -39,8 +39,7 @@ class ServedRobots final : public Run::Observer {
         const auto robots = robots_of(simulation);
         if (robots.empty())
             throw CommandError(options.model.file +
-                               " has no robot to serve; give it a MujocoWorld, or a WorldRobot "
-                               "in a World");
+                               " has no robot to serve; give it a MujocoWorld, or a WorldRobot in a World");
         if (options.way->alone && robots.size() > 1)
             throw CommandError(options.model.file + " has several robots, and " + options.way->alone);
         for (const auto& robot : robots)
@@ -242,8 +241,8 @@ void add_serve(CLI::App& app) {
     command->add_flag("--quiet", options->model.is_quiet, "tell nothing of controllers that come and go");
     command->footer(
         "Without --realtime the model's time stands still until a controller has done its step, so that "
-        "every run is "
-        "the same,\nbit for bit; with it the model runs by the clock, and controllers keep up with it.\n"
+        "every run is the same,\nbit for bit; with it the model runs by the clock, and controllers keep up "
+        "with it.\n"
         "A diagram drives the robot by the block Robot of SharedMemory, Udp, Yarp, Ros1 or Ros2 in place of "
         "its world.\n"
         "Example: bf serve examples/icub_balancing/balancing.yaml --set \"robot_is='served'\" --shm icub");

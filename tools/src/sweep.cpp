@@ -332,8 +332,7 @@ void add_sweep(CLI::App& app) {
     command->add_flag("--quiet", options->is_quiet, "show nothing while it runs");
     command->footer(
         "The table is the same for every number of jobs. A run that fails is a row with its error; the exit "
-        "code is 1 "
-        "only if all fail. Ctrl-C leaves the table of the runs that are done.\n"
+        "code is 1 only if all fail. Ctrl-C leaves the table of the runs that are done.\n"
         "Examples:\n"
         "  bf sweep docs/start/motor.yaml --set Gain.Kp=0.05:0.05:0.3 --set 'supply={6 12 24}' -o motor.csv\n"
         "  bf sweep docs/start/motor.yaml --random 'supply~normal(24,1)' --samples 100 --seed 7");

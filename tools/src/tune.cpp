@@ -70,10 +70,9 @@ const Candidate& chosen(const std::vector<Candidate>& all, const TuneOptions& op
     std::vector<std::string> names;
     for (const auto& candidate : all) names.push_back(candidate.name);
     if (all.empty())
-        throw CommandError(
-            options.model.file +
-            " has no robot of a MujocoWorld or World whose joints could be tuned; name a loop of "
-            "the model by --loop SIGNAL, and its gains by --by NAME");
+        throw CommandError(options.model.file +
+                           " has no robot of a MujocoWorld or World whose joints could be tuned; name a loop "
+                           "of the model by --loop SIGNAL, and its gains by --by NAME");
     if (options.robot.empty() && all.size() == 1) return all.front();
     const auto found = std::ranges::find(all, options.robot, &Candidate::name);
     if (found != all.end()) return *found;
@@ -265,10 +264,9 @@ void add_tune(CLI::App& app) {
                      "the robot's name in the World, or the MujocoWorld's path; where there are several")
         ->type_name("NAME");
     command
-        ->add_option(
-            "--frequency", options->frequencies,
-            "natural frequency of the closed loops, rad/s (20 by default), or that of one joint; may "
-            "be repeated")
+        ->add_option("--frequency", options->frequencies,
+                     "natural frequency of the closed loops, rad/s (20 by default), or that of one joint; "
+                     "may be repeated")
         ->type_name("[JOINT=]W")
         ->allow_extra_args(false);
     auto* damping = command->add_option("--damping", options->damping, "damping ratio of the closed loops")

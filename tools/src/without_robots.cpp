@@ -18,9 +18,8 @@ service::MakeSceneries scenery_maker() { return {}; }
 
 std::unique_ptr<ModelParameters> serve_parameters(const std::string&, const std::string&, const LoadedModel&,
                                                   Simulation&, Recorder*) {
-    throw CommandError(
-        "bf was built without robots and their middlewares; build it with BF_ROBOTS=ON to show "
-        "parameters to ROS");
+    throw CommandError("bf was built without robots and their middlewares; build it with BF_ROBOTS=ON to "
+                       "show parameters to ROS");
 }
 
 namespace {

@@ -73,8 +73,7 @@ class Check {
             if (has_limits && least == most && least != 0)
                 fail(joint, *limit, "lower",
                      "it is the upper limit, too, which leaves the joint no way; make it fixed with this "
-                     "angle "
-                     "or length in its origin, or give it a range; 0 for both stands for no limits");
+                     "angle or length in its origin, or give it a range; 0 for both stands for no limits");
         }
         if (const auto* dynamics = joint.FirstChildElement("dynamics"))
             for (const char* name : {"damping", "friction"}) finite(joint, *dynamics, name, 1);
@@ -122,8 +121,7 @@ class Check {
                 if (!way.insert(at).second)
                     fail(*at, *parent, "link",
                          "it hangs on this joint's own child, in a loop; the joints of a robot form a tree: "
-                         "leave one "
-                         "of them out");
+                         "leave one of them out");
                 const auto next = above.find(text_of(*parent, "link"));
                 at = next == above.end() ? nullptr : next->second;
             }

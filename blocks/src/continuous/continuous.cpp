@@ -89,25 +89,21 @@ void add_continuous(Library& library) {
         .add<FilteredDerivative>("FilteredDerivative",
                                  "Derivative of a lag of u: y = (u - x)/τ, dx/dt = y, or H(s) = s/(τ s + 1).")
         .add<StateSpace<ContinuousTime>>(
-            "StateSpace", "Linear system dx/dt = A x + B u, y = C x + D u; without D it breaks "
-                          "loops.")
+            "StateSpace", "Linear system dx/dt = A x + B u, y = C x + D u; without D it breaks loops.")
         .add<TransferFunction<ContinuousTime>>(
             "TransferFunction",
-            "Rational transfer function on every element. H(s) = Σ b_i sⁿ⁻ⁱ / Σ a_i sⁿ⁻ⁱ; a "
-            "numerator shorter than the denominator breaks loops. Errors: longer numerator, "
-            "leading zero.")
+            "Rational transfer function on every element. H(s) = Σ b_i sⁿ⁻ⁱ / Σ a_i sⁿ⁻ⁱ; a numerator "
+            "shorter than the denominator breaks loops. Errors: longer numerator, leading zero.")
         .add<ZeroPole<ContinuousTime>>(
-            "ZeroPole",
-            "Transfer function by zeros and poles, on every element. H(s) = gain Π(s - zero) / "
-            "Π(s - pole); fewer zeros than poles break loops. Errors: more zeros than poles, complex "
-            "roots without their conjugates.")
-        .add<PID<false>>(
-            "PID", "Continuous PID controller of the error e, element by element: v = P e + x_i + D N (e "
-                   "- x_d), y = clamp(v, lower, upper), dx_i/dt = I e + (y - v)/T_t, dx_d/dt = N (e - "
-                   "x_d). Source: Åström, Murray, Feedback Systems, 2nd ed., §11.4.")
-        .add<PID<true>>("PID2",
-                        "Continuous PID controller of a setpoint r and a measurement m, with weights of "
-                        "the setpoint: like PID with P (b r - m), I (r - m) and D (c r - m).");
+            "ZeroPole", "Transfer function by zeros and poles, on every element. H(s) = gain Π(s - zero) / "
+                        "Π(s - pole); fewer zeros than poles break loops. Errors: more zeros than poles, "
+                        "complex roots without their conjugates.")
+        .add<PID<false>>("PID",
+                         "Continuous PID controller of the error e, element by element: v = P e + x_i + D N "
+                         "(e - x_d), y = clamp(v, lower, upper), dx_i/dt = I e + (y - v)/T_t, dx_d/dt = N (e "
+                         "- x_d). Source: Åström, Murray, Feedback Systems, 2nd ed., §11.4.")
+        .add<PID<true>>("PID2", "Continuous PID controller of a setpoint r and a measurement m, with weights "
+                                "of the setpoint: like PID with P (b r - m), I (r - m) and D (c r - m).");
 }
 
 } // namespace bf::blocks

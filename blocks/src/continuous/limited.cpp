@@ -201,13 +201,11 @@ void add_limited_integrators(Library& library) {
     library.group("continuous")
         .add<LimitedIntegrator>(
             "LimitedIntegrator",
-            "Integral of u over time between limits, with reset and external initial value. "
-            "At a limit it moves only inwards; a reset puts it back to its initial value at "
-            "that instant.")
-        .add<SecondOrderIntegrator>(
-            "SecondOrderIntegrator",
-            "Integrates twice: dx/dt = v, dv/dt = u, within limits. At a limit of x the "
-            "velocity becomes 0, and only an inward u moves it again.");
+            "Integral of u over time between limits, with reset and external initial value. At a limit it "
+            "moves only inwards; a reset puts it back to its initial value at that instant.")
+        .add<SecondOrderIntegrator>("SecondOrderIntegrator",
+                                    "Integrates twice: dx/dt = v, dv/dt = u, within limits. At a limit of x "
+                                    "the velocity becomes 0, and only an inward u moves it again.");
 }
 
 } // namespace bf::blocks

@@ -130,22 +130,19 @@ class FirstOrderHold final : public Block {
 
 void add_past(Library& library) {
     library.group("continuous")
-        .add<Derivative>(
-            "Derivative",
-            "Difference quotient over the engine's last step: y(t) = (u(t) - u(t₀)) / (t - t₀) with "
-            "t₀ the step before, 0 in the first one. Rough for noise and jumps: FilteredDerivative "
-            "is smooth, and a state that is known is better.")
+        .add<Derivative>("Derivative",
+                         "Difference quotient over the engine's last step: y(t) = (u(t) - u(t₀)) / (t - t₀) "
+                         "with t₀ the step before, 0 in the first one. Rough for noise and jumps: "
+                         "FilteredDerivative is smooth, and a state that is known is better.")
         .add<TransportDelay>(
             "TransportDelay",
-            "Delays a continuous signal. y(t) = u(t - delay), from straight lines between the "
-            "samples of the steps; later than the newest sample the last line goes on, and y "
-            "never waits for u, so loops are broken. Stops the run when the delay is longer "
-            "than the buffer.")
-        .add<FirstOrderHold>(
-            "FirstOrderHold",
-            "Takes a sample of u every `interval` seconds and goes on in a straight line from it, as the "
-            "last "
-            "two samples lead: y(t) = u_k + (u_k - u_{k-1}) / T (t - t_k), constant after the first one.");
+            "Delays a continuous signal. y(t) = u(t - delay), from straight lines between the samples of the "
+            "steps; later than the newest sample the last line goes on, and y never waits for u, so loops "
+            "are broken. Stops the run when the delay is longer than the buffer.")
+        .add<FirstOrderHold>("FirstOrderHold",
+                             "Takes a sample of u every `interval` seconds and goes on in a straight line "
+                             "from it, as the last two samples lead: y(t) = u_k + (u_k - u_{k-1}) / T (t - "
+                             "t_k), constant after the first one.");
 }
 
 } // namespace bf::blocks

@@ -203,18 +203,17 @@ void add_discontinuities(Library& library) {
                        "Rounds to multiples of an interval. y = q round(u / q), halves away from zero.")
         .add<Between<Clipped, Input<>>>("SaturateDynamic",
                                         "Holds a signal between two others. y = min(max(u, lower), upper).")
-        .add<Between<Dead, Input<>>>("DeadZoneDynamic",
-                                     "Removes the zone between two signals. y = u - end above it, "
-                                     "u - start below it, else 0.")
-        .add<Backlash>("Backlash",
-                       "Play between two parts, as in gears. y moves only when u pushes one of the "
-                       "stops, which keeps |u - y| ≤ width/2.")
+        .add<Between<Dead, Input<>>>(
+            "DeadZoneDynamic",
+            "Removes the zone between two signals. y = u - end above it, u - start below it, else 0.")
+        .add<Backlash>("Backlash", "Play between two parts, as in gears. y moves only when u pushes one of "
+                                   "the stops, which keeps |u - y| ≤ width/2.")
         .add<Friction>("Friction",
                        "Coulomb and viscous friction. y = sign(u) (viscous |u| + coulomb), 0 at u = 0.")
         .add<WrapToZero>("WrapToZero", "Falls back to zero. y = u up to the threshold, 0 above it.")
-        .add<HitCrossing>("HitCrossing",
-                          "Tells when a signal reaches or passes a level. y = true in that step, "
-                          "never in the first one.")
+        .add<HitCrossing>(
+            "HitCrossing",
+            "Tells when a signal reaches or passes a level. y = true in that step, never in the first one.")
         .add<Relay>("Relay",
                     "Switch with memory. On from u ≥ on_point, off from u ≤ off_point, as before between "
                     "them; starts off.");

@@ -309,22 +309,19 @@ void add_discrete(Library& library) {
     library.group("discrete")
         .add<UnitDelay>("UnitDelay", "Delays by one step. y[k] = u[k-1], y[0] = initial; breaks loops.")
         .add<UnitDelay>("Memory", "Input of the step before. y[k] = u[k-1], y[0] = initial; breaks loops.")
-        .add<Delay>("Delay",
-                    "Delays by several steps. y[k] = u[k - steps], initial before and after a reset; "
-                    "breaks loops.")
+        .add<Delay>(
+            "Delay",
+            "Delays by several steps. y[k] = u[k - steps], initial before and after a reset; breaks loops.")
         .add<TappedDelay>("TappedDelay", "Keeps the last samples. y = [u[k-1] u[k-2] …], initial before.")
         .add<ZeroOrderHold>("ZeroOrderHold", "Samples a signal at its own period and holds it. y = u.")
-        .add<RateTransition>("RateTransition",
-                             "Carries a signal between two rates, at its own period. y = u, or "
-                             "with mode delay u of the hit before.")
+        .add<RateTransition>("RateTransition", "Carries a signal between two rates, at its own period. y = "
+                                               "u, or with mode delay u of the hit before.")
         .add<DiscreteDerivative>("DiscreteDerivative", "Difference quotient. y[k] = K (u[k] - u[k-1]) / T.")
-        .add<RateLimit<Parameter<>>>(
-            "RateLimit", "Limits the rate of change. y moves from its last value toward u by at most "
-                         "rising T up and falling T down.")
+        .add<RateLimit<Parameter<>>>("RateLimit", "Limits the rate of change. y moves from its last value "
+                                                  "toward u by at most rising T up and falling T down.")
         .add<RateLimit<Input<>>>("RateLimitDynamic",
-                                 "Limits the rate of change by two signals. y moves from its "
-                                 "last value toward u by at most rising T up and falling T "
-                                 "down.")
+                                 "Limits the rate of change by two signals. y moves from its last value "
+                                 "toward u by at most rising T up and falling T down.")
         .add<FirstSample>("FirstSample", "Holds the first sample of its input. y[k] = u[0].")
         .add<InitialCondition>("InitialCondition", "Replaces the first sample. y[0] = value, then y = u.")
         .add<SampleHold>("SampleHold",

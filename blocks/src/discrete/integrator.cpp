@@ -123,12 +123,10 @@ class DiscreteIntegrator final : public Block {
 
 void add_integrators(Library& library) {
     library.group("discrete")
-        .add<DiscreteIntegrator>(
-            "DiscreteIntegrator",
-            "Integral of K u. y[k] = y[k-1] + K T u[k-1] forward, + K T u[k] backward, the mean "
-            "of both trapezoidal. Limits hold y; a reset or, in the first step, the external "
-            "input x0 puts y to its initial "
-            "value.");
+        .add<DiscreteIntegrator>("DiscreteIntegrator",
+                                 "Integral of K u. y[k] = y[k-1] + K T u[k-1] forward, + K T u[k] backward, "
+                                 "the mean of both trapezoidal. Limits hold y; a reset or, in the first "
+                                 "step, the external input x0 puts y to its initial value.");
 }
 
 } // namespace bf::blocks

@@ -74,11 +74,9 @@ void add_discrete_pid(Library& library) {
         .add<DiscretePID<false>>(
             "DiscretePID",
             "Discrete PID controller of the error e, element by element. y = P e + I T α(z) e + D N / (1 + N "
-            "T "
-            "α(z)) e between its limits, with α = 1/(z - 1) forward, z/(z - 1) backward, their mean "
-            "trapezoidal; "
-            "a filter by the forward rule is stable for N T < 2; "
-            "anti-windup acts on the next integral. Source: Åström, Hägglund, Advanced PID Control.")
+            "T α(z)) e between its limits, with α = 1/(z - 1) forward, z/(z - 1) backward, their mean "
+            "trapezoidal; a filter by the forward rule is stable for N T < 2; anti-windup acts on the next "
+            "integral. Source: Åström, Hägglund, Advanced PID Control.")
         .add<DiscretePID<true>>(
             "DiscretePID2",
             "Discrete PID controller of a setpoint r and a measurement m, with weights of the setpoint: like "

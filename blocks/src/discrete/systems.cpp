@@ -55,17 +55,14 @@ void add_discrete_systems(Library& library) {
     library.group("discrete")
         .add<TransferFunction<DiscreteTime>>(
             "DiscreteTransferFunction",
-            "Rational transfer function in z, on every element. H(z) = Σ b_i zⁿ⁻ⁱ / "
-            "Σ a_i zⁿ⁻ⁱ; a numerator shorter than the denominator breaks loops. "
-            "Errors: longer numerator, leading zero.")
-        .add<ZeroPole<DiscreteTime>>(
-            "DiscreteZeroPole",
-            "Transfer function by zeros and poles, on every element. H(z) = gain Π(z - zero) "
-            "/ Π(z - pole); fewer zeros than poles break loops. Errors: more zeros than "
-            "poles, complex roots without their conjugates.")
-        .add<StateSpace<DiscreteTime>>("DiscreteStateSpace",
-                                       "Linear system x⁺ = A x + B u, y = C x + D u; without D "
-                                       "it breaks loops.")
+            "Rational transfer function in z, on every element. H(z) = Σ b_i zⁿ⁻ⁱ / Σ a_i zⁿ⁻ⁱ; a numerator "
+            "shorter than the denominator breaks loops. Errors: longer numerator, leading zero.")
+        .add<ZeroPole<DiscreteTime>>("DiscreteZeroPole",
+                                     "Transfer function by zeros and poles, on every element. H(z) = gain "
+                                     "Π(z - zero) / Π(z - pole); fewer zeros than poles break loops. Errors: "
+                                     "more zeros than poles, complex roots without their conjugates.")
+        .add<StateSpace<DiscreteTime>>(
+            "DiscreteStateSpace", "Linear system x⁺ = A x + B u, y = C x + D u; without D it breaks loops.")
         .add<DiscreteFilter>("DiscreteFilter", "Filter with tunable coefficients, on every element. H(z) = "
                                                "Σ b_i z⁻ⁱ / Σ a_i z⁻ⁱ, direct form II transposed.")
         .add<FIRFilter>("FIRFilter",

@@ -80,11 +80,10 @@ void add_checks(Library& library) {
                      "completed.");
     add_state_machine(library);
     library.group("logic").add<Check>(
-        "Check",
-        "Reports one number about a signal when the run ends. `kind`: always (1 while u was true "
-        "at every step; reported as true or false alone), final, maximum, minimum, rms (of the Euclidean "
-        "norm) or mean, over the samples from `from_time` on; `passed` tells whether it lies within "
-        "at_least and at_most.");
+        "Check", "Reports one number about a signal when the run ends. `kind`: always (1 while u was true at "
+                 "every step; reported as true or false alone), final, maximum, minimum, rms (of the "
+                 "Euclidean norm) or mean, over the samples from `from_time` on; `passed` tells whether it "
+                 "lies within at_least and at_most.");
 }
 
 } // namespace bf::blocks

@@ -161,21 +161,18 @@ class JKFlipFlop final : public Block {
 
 void add_edges(Library& library) {
     library.group("logic")
-        .add<EdgeDetect>("EdgeDetect",
-                         "Tells where a signal rises, falls or changes, element by element. y = "
-                         "true in the step of the edge.")
-        .add<IntervalTest>("IntervalTest",
-                           "Tells whether a signal lies in an interval. y = lower ≤ u ≤ upper, "
-                           "or < at an open end.")
+        .add<EdgeDetect>("EdgeDetect", "Tells where a signal rises, falls or changes, element by element. y "
+                                       "= true in the step of the edge.")
+        .add<IntervalTest>(
+            "IntervalTest",
+            "Tells whether a signal lies in an interval. y = lower ≤ u ≤ upper, or < at an open end.")
         .add<CombinatorialLogic>("CombinatorialLogic",
                                  "Truth table. y = the row whose number has the inputs as binary digits, the "
                                  "first input being the highest; refuses a table without 2^n rows.")
-        .add<IndexVector>("IndexVector",
-                          "Chooses elements by a signal. y_i = u(index_i), counted from 1 or 0; "
-                          "an index outside u stops the run.")
+        .add<IndexVector>("IndexVector", "Chooses elements by a signal. y_i = u(index_i), counted from 1 or "
+                                         "0; an index outside u stops the run.")
         .add<SRFlipFlop>("SRFlipFlop",
-                         "Set-reset flip-flop. q = 1 by s, 0 by r, as before by neither; by both "
-                         "q = nq = 0.")
+                         "Set-reset flip-flop. q = 1 by s, 0 by r, as before by neither; by both q = nq = 0.")
         .add<DFlipFlop>("DFlipFlop", "D flip-flop. q takes d over where the clock rises.")
         .add<JKFlipFlop>("JKFlipFlop", "J-K flip-flop. Where the clock falls j sets q, k resets it, both "
                                        "toggle it.");

@@ -235,14 +235,12 @@ class StateMachine final : public Block {
 void add_state_machine(Library& library) {
     library.group("logic").add<StateMachine>(
         "StateMachine",
-        "States with timed transitions. In each step the first row [from to condition "
-        "minimum_time] of `transitions` that leaves the present state, whose condition is true and "
-        "whose minimum time in the state has passed is taken, at most one per step; the outputs "
-        "show the new state at once. Refuses states and conditions that do not exist. With `chart` the "
-        "states "
-        "have states inside, regions, histories, junctions, actions and events, in YAML or in a file of "
-        "SCXML: "
-        "see docs/how-to/state_charts.md.");
+        "States with timed transitions. In each step the first row [from to condition minimum_time] of "
+        "`transitions` that leaves the present state, whose condition is true and whose minimum time in the "
+        "state has passed is taken, at most one per step; the outputs show the new state at once. Refuses "
+        "states and conditions that do not exist. With `chart` the states have states inside, regions, "
+        "histories, junctions, actions and events, in YAML or in a file of SCXML: see "
+        "docs/how-to/state_charts.md.");
 }
 
 } // namespace bf::blocks

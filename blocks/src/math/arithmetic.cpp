@@ -330,18 +330,17 @@ void add_arithmetic(Library& library) {
                          "summed over its elements.")
         .add<Product>(
             "Product",
-            "Multiplies and divides. Element by element y = u1^±1 u2^±1 … by `operations`, a single "
-            "input collapsing over its elements; or as matrices from left to right, / being the "
-            "inverse by LU: /* is inv(u1) u2, a single / inv(u). A singular matrix stops the run.")
+            "Multiplies and divides. Element by element y = u1^±1 u2^±1 … by `operations`, a single input "
+            "collapsing over its elements; or as matrices from left to right, / being the inverse by LU: /* "
+            "is inv(u1) u2, a single / inv(u). A singular matrix stops the run.")
         .add<UnaryWithKink<kernels::Abs>>("Abs", "Absolute value. y = |u|, element by element.")
         .add<UnaryWithKink<kernels::Sign>>("Sign",
                                            "Sign. y = 1, 0 or -1 by the sign of u, element by element.")
         .add<Unary<kernels::Square>>("Square", "Square. y = u², element by element.")
         .add<Unary<kernels::Negate>>("Negate", "Changes the sign. y = -u, element by element.")
         .add<Extreme<kernels::MinimumOfElements, kernels::MinimumOfList, 1>>(
-            "Minimum",
-            "Smallest of its inputs. Element by element over `inputs` inputs, scalars expanding; a "
-            "single input is searched over its elements. NaN is ignored.")
+            "Minimum", "Smallest of its inputs. Element by element over `inputs` inputs, scalars expanding; "
+                       "a single input is searched over its elements. NaN is ignored.")
         .add<Extreme<kernels::MaximumOfElements, kernels::MaximumOfList, -1>>(
             "Maximum", "Largest of its inputs. Element by element over `inputs` inputs, scalars expanding; a "
                        "single input is searched over its elements. NaN is ignored.")
@@ -349,8 +348,8 @@ void add_arithmetic(Library& library) {
             "Mod", "Remainder with the sign of u2. y = u1 - floor(u1/u2) u2; u1 where u2 = 0. As in MATLAB, "
                    "0 where u2 is no integer and u1/u2 is one but for rounding: mod(0.3, 0.1) = 0.")
         .add<BinaryWithEdges<kernels::Rem, kernels::QuotientEdges, int(Rounding::zero)>>(
-            "Rem", "Remainder with the sign of u1. y = u1 - trunc(u1/u2) u2; NaN, or "
-                   "0 for integers, where u2 = 0. Rounded as Mod.")
+            "Rem", "Remainder with the sign of u1. y = u1 - trunc(u1/u2) u2; NaN, or 0 for integers, where "
+                   "u2 = 0. Rounded as Mod.")
         .add<Reduction<kernels::ProductOfElements>>("ProductOfElements",
                                                     "Product of all elements. y = Π u_i.")
         .add<Dot>("Dot", "Scalar product. y = Σ u1_i u2_i; a scalar expands.")

@@ -104,14 +104,14 @@ void add_functions(Library& library) {
         .add<Unary<kernels::Reciprocal>>("Reciprocal", "Reciprocal. y = 1/u, element by element.")
         .add<Binary<kernels::Hypot>>("Hypot", "Length of the hypotenuse. y = √(u1² + u2²).")
         .add<Function<trigonometric>>("Trigonometry",
-                                      "Trigonometric and hyperbolic functions and their inverses. "
-                                      "y = function(u), angles in rad; NaN outside the domain.")
+                                      "Trigonometric and hyperbolic functions and their inverses. y = "
+                                      "function(u), angles in rad; NaN outside the domain.")
         .add<SineCosine>("SineCosine",
                          "Sine and cosine of an angle at once. Quicker than one after the other.")
         .add<BinaryWithEdges<kernels::Atan2, kernels::AngleEdge>>(
             "Atan2", "Angle of the point (u2, u1). y = atan2(u1, u2) [rad], in [-π, π].")
-        .add<Round>("Round", "Rounds to a whole number. To the nearest with halves away from zero, "
-                             "down, up, or toward zero; the type stays.");
+        .add<Round>("Round", "Rounds to a whole number. To the nearest with halves away from zero, down, up, "
+                             "or toward zero; the type stays.");
 }
 
 } // namespace bf::blocks

@@ -83,10 +83,9 @@ class LinearSolve final : public Block {
     Argument<std::string> method{this,
                                  "method",
                                  {.initial = "lu",
-                                  .doc =
-                                      "cholesky needs a symmetric positive definite A, of which it reads the "
-                                      "lower triangle; least_squares takes any shape and rank, and "
-                                      "of all best x gives the one of smallest norm, as pinv(A) b",
+                                  .doc = "cholesky needs a symmetric positive definite A, of which it reads "
+                                         "the lower triangle; least_squares takes any shape and rank, and of "
+                                         "all best x gives the one of smallest norm, as pinv(A) b",
                                   .choices = {"lu", "cholesky", "least_squares"}}};
     Input<> A{this, "A", any("matrix of the equations")};
     Input<> b{this, "b", any("right-hand side, one or more columns (rows for b / A)")};
@@ -116,17 +115,15 @@ class LinearSolve final : public Block {
 
 void add_linear_algebra(Library& library) {
     library.group("math")
-        .add<MatrixInverse>("MatrixInverse",
-                            "Inverse of a square matrix. y = u⁻¹ by LU with partial pivoting; a "
-                            "singular matrix stops the run.")
-        .add<PseudoInverse>(
-            "PseudoInverse",
-            "Pseudo-inverse that tolerates lost rank. Damped: y = uᵀ (u uᵀ + σ I)⁻¹; truncated: "
-            "y = Σ v uᵀ / σ over the singular values above the tolerance.")
-        .add<LinearSolve>("LinearSolve",
-                          "Solves linear equations. x = A \\ b, or b / A; a singular matrix stops "
-                          "the run, except by least_squares. Reference: Golub & Van Loan, Matrix "
-                          "Computations, §3.4, §4.2, §5.4, §5.5.");
+        .add<MatrixInverse>("MatrixInverse", "Inverse of a square matrix. y = u⁻¹ by LU with partial "
+                                             "pivoting; a singular matrix stops the run.")
+        .add<PseudoInverse>("PseudoInverse",
+                            "Pseudo-inverse that tolerates lost rank. Damped: y = uᵀ (u uᵀ + σ I)⁻¹; "
+                            "truncated: y = Σ v uᵀ / σ over the singular values above the tolerance.")
+        .add<LinearSolve>(
+            "LinearSolve",
+            "Solves linear equations. x = A \\ b, or b / A; a singular matrix stops the run, except by "
+            "least_squares. Reference: Golub & Van Loan, Matrix Computations, §3.4, §4.2, §5.4, §5.5.");
 }
 
 } // namespace bf::blocks

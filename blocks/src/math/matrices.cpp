@@ -180,13 +180,11 @@ void add_matrices(Library& library) {
         .add<Transpose>("Transpose", "Transpose of a matrix. y = uᵀ; a 1-D signal becomes a row.")
         .add<Reshape>("Reshape", "Gives a signal another size. Elements keep their order, column by column; "
                                  "refuses a size with another number of elements.")
-        .add<Submatrix>("Submatrix",
-                        "Cuts a rectangle out of a matrix. y = u(row : row + rows - 1, column : column "
-                        "+ columns - 1); refuses a rectangle that is not inside u.")
-        .add<ConcatenateMatrices>(
-            "ConcatenateMatrices",
-            "Joins matrices side by side or one above the other. y = [u1 u2 …] or [u1; u2; …]; "
-            "refuses heights or widths that do not agree.")
+        .add<Submatrix>("Submatrix", "Cuts a rectangle out of a matrix. y = u(row : row + rows - 1, column : "
+                                     "column + columns - 1); refuses a rectangle that is not inside u.")
+        .add<ConcatenateMatrices>("ConcatenateMatrices",
+                                  "Joins matrices side by side or one above the other. y = [u1 u2 …] or [u1; "
+                                  "u2; …]; refuses heights or widths that do not agree.")
         .add<BlockDiagonal>("BlockDiagonal", "Puts its inputs on the diagonal. y = blkdiag(u1, u2, …).")
         .add<DiagonalMatrix>("DiagonalMatrix", "Diagonal matrix of a vector. y = diag(u).")
         .add<DiagonalOf>("DiagonalOf", "Diagonal of a matrix. y_i = u_ii, a 1-D signal.")

@@ -147,12 +147,10 @@ void add_vectors(Library& library) {
     library.group("math")
         .add<Bias>("Bias", "Adds a constant. y = u + bias, element by element.")
         .add<Polynomial>("Polynomial",
-                         "Polynomial with tunable coefficients, by Horner's rule. y = c_0 uⁿ + … + "
-                         "c_n.")
+                         "Polynomial with tunable coefficients, by Horner's rule. y = c_0 uⁿ + … + c_n.")
         .add<RunningExtreme>("RunningExtreme",
-                             "Largest or smallest value so far, element by element. y[k] = "
-                             "max(y[k-1], u[k]), beginning with `initial`, at a reset too. NaN "
-                             "is ignored.")
+                             "Largest or smallest value so far, element by element. y[k] = max(y[k-1], "
+                             "u[k]), beginning with `initial`, at a reset too. NaN is ignored.")
         .add<SumOfElements>("SumOfElements", "Sum of all elements, or of each column or row. y = Σ u_i.")
         .add<Unary<kernels::CumulativeSum>>("CumulativeSum",
                                             "Sums up along the elements. y_k = u_1 + … + u_k.")

@@ -61,8 +61,8 @@ class Convert final : public Block {
 void add_conversion(Library& library) {
     library.group("signals").add<Convert>(
         "Convert",
-        "Changes the element type. Real to integer rounds; what does not fit wraps, is held at the "
-        "limits or stops the run; NaN becomes 0 or stops the run; anything to boolean is u ≠ 0.");
+        "Changes the element type. Real to integer rounds; what does not fit wraps, is held at the limits or "
+        "stops the run; NaN becomes 0 or stops the run; anything to boolean is u ≠ 0.");
 }
 
 } // namespace bf::blocks

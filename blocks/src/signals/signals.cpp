@@ -223,12 +223,11 @@ void add_signals(Library& library) {
         .add<Demux>("Demux",
                     "Splits a vector. Into `sizes` equal parts, or parts of the given widths, 1-D each; "
                     "refuses widths whose sum is not that of the input.")
-        .add<Selector>("Selector",
-                       "Picks elements. y_i = u(indices_i), or y_ij = u(indices_i, columns_j), counted "
-                       "from 1 in any order; refuses indices that u does not have.")
-        .add<Assign>("Assign",
-                     "Replaces elements. y = base, then y(indices_i) = u_i, or y(indices_i, columns_j) "
-                     "= u_ij.")
+        .add<Selector>("Selector", "Picks elements. y_i = u(indices_i), or y_ij = u(indices_i, columns_j), "
+                                   "counted from 1 in any order; refuses indices that u does not have.")
+        .add<Assign>(
+            "Assign",
+            "Replaces elements. y = base, then y(indices_i) = u_i, or y(indices_i, columns_j) = u_ij.")
         .add<Width>("Width", "Number of elements of a signal. y = rows × columns of u.")
         .add<Terminator>("Terminator", "Ends a line that nothing else uses.")
         .add<Display>("Display",

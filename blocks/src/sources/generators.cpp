@@ -114,14 +114,12 @@ class CounterFree final : public Block {
 
 void add_generators(Library& library) {
     library.group("sources")
-        .add<SignalGenerator>(
-            "SignalGenerator",
-            "Periodic wave between -amplitude and amplitude. With p = frequency · t less its "
-            "whole part: sine sin 2πp; square 1 in the first half, then -1; sawtooth 2p - 1; "
-            "triangle 4p - 1, then 3 - 4p; times the amplitude.")
-        .add<RepeatingSequence>("RepeatingSequence",
-                                "Points joined by straight lines, repeated from the last "
-                                "time on; refuses times that do not increase.")
+        .add<SignalGenerator>("SignalGenerator",
+                              "Periodic wave between -amplitude and amplitude. With p = frequency · t less "
+                              "its whole part: sine sin 2πp; square 1 in the first half, then -1; sawtooth "
+                              "2p - 1; triangle 4p - 1, then 3 - 4p; times the amplitude.")
+        .add<RepeatingSequence>("RepeatingSequence", "Points joined by straight lines, repeated from the "
+                                                     "last time on; refuses times that do not increase.")
         .add<RepeatingStair>("RepeatingStair", "Values one after the other, one per hit, again and again.")
         .add<CounterLimited>("CounterLimited", "Counts its hits. y = 0, 1, …, limit, 0, …")
         .add<CounterFree>("CounterFree", "Counts its hits. y = 0, 1, …, 2^bits - 1, 0, …");

@@ -78,16 +78,15 @@ class WhiteNoise final : public Block {
 
 void add_random(Library& library) {
     library.group("sources")
-        .add<RandomUniform>("RandomUniform",
-                            "Uniformly distributed random numbers, a new one at each hit. "
-                            "Generator: Philox4x32-10 of Salmon et al., SC'11, the seed being "
-                            "its key and the number of the draw its counter.")
+        .add<RandomUniform>(
+            "RandomUniform",
+            "Uniformly distributed random numbers, a new one at each hit. Generator: Philox4x32-10 of Salmon "
+            "et al., SC'11, the seed being its key and the number of the draw its counter.")
         .add<RandomNormal>("RandomNormal", "Normally distributed random numbers, a new one at each hit. From "
                                            "those of RandomUniform by Box and Muller's transform.")
         .add<WhiteNoise>("WhiteNoise",
-                         "Band-limited white noise: normal random numbers of variance power / T "
-                         "at each hit, T being the period, so that the spectral density does not "
-                         "depend on it.");
+                         "Band-limited white noise: normal random numbers of variance power / T at each hit, "
+                         "T being the period, so that the spectral density does not depend on it.");
 }
 
 } // namespace bf::blocks

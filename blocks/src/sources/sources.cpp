@@ -216,9 +216,9 @@ void add_sources(Library& library) {
         .add<Chirp>("Chirp", "Sine of growing frequency. y = sin(2π (f0 t + (f1 - f0) t² / (2 target))).")
         .add<SignalFromFile>(
             "SignalFromFile",
-            "Plays a CSV file back. y = its columns at time t, held or joined by straight lines; "
-            "before the first and after the last row these are held. Refuses a file with a row "
-            "that is no list of numbers, is too short, or does not come later than the one before.");
+            "Plays a CSV file back. y = its columns at time t, held or joined by straight lines; before the "
+            "first and after the last row these are held. Refuses a file with a row that is no list of "
+            "numbers, is too short, or does not come later than the one before.");
 }
 
 } // namespace bf::blocks

@@ -211,13 +211,13 @@ class LookupND final : public Block {
     Extrapolation extrapolation{this};
     const int count = *dimensions;
     const std::vector<std::vector<double>> points = declare_points();
-    Parameter<> table{this,
-                      "table",
-                      {.initial = {0, 1, 1, 2, 1, 2, 2, 3},
-                       .unit = any_unit,
-                       .doc = "values, those along the first dimension next to each other: "
-                              "[T(:,:,1) T(:,:,2) ...]",
-                       .as_written = true}};
+    Parameter<> table{
+        this,
+        "table",
+        {.initial = {0, 1, 1, 2, 1, 2, 2, 3},
+         .unit = any_unit,
+         .doc = "values, those along the first dimension next to each other: [T(:,:,1) T(:,:,2) ...]",
+         .as_written = true}};
     InputList<> u{this, "u", count, any()};
     Output<> y{this, "y", any("value of the table")};
     Workspace<Guesses> guess{this, "guess", {.shape = {Extent(count)}}};
@@ -362,18 +362,15 @@ void add_tables(Library& library) {
                        "polynomial each) or the modified Akima interpolant; refuses breakpoints that do not "
                        "increase.")
         .add<Lookup2D>("Lookup2D",
-                       "Function of two variables given by a table. Along straight lines in each "
-                       "variable, the value below or the nearest value; refuses breakpoints that do "
-                       "not increase.")
-        .add<LookupND>("LookupND",
-                       "Function of up to six variables given by a table. Along straight lines in "
-                       "each variable, the value below or the nearest value; refuses breakpoints "
-                       "that do not increase.")
+                       "Function of two variables given by a table. Along straight lines in each variable, "
+                       "the value below or the nearest value; refuses breakpoints that do not increase.")
+        .add<LookupND>(
+            "LookupND",
+            "Function of up to six variables given by a table. Along straight lines in each variable, the "
+            "value below or the nearest value; refuses breakpoints that do not increase.")
         .add<DirectLookup>("DirectLookup", "Element of a table. y = table(i) or table(i, j).")
-        .add<Prelookup>(
-            "Prelookup",
-            "Finds a signal among breakpoints. x_k + f (x_{k+1} - x_k) = u; several InterpolateAt "
-            "blocks may share the result.")
+        .add<Prelookup>("Prelookup", "Finds a signal among breakpoints. x_k + f (x_{k+1} - x_k) = u; several "
+                                     "InterpolateAt blocks may share the result.")
         .add<InterpolateAt>("InterpolateAt",
                             "Table at places that Prelookup blocks found, one k and f for each dimension. An "
                             "index outside the table stops the run.");

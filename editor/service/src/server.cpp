@@ -31,10 +31,9 @@ constexpr std::size_t longest_request = std::size_t{16} << 20; ///< bytes of a p
 
 /// Nothing is loaded from elsewhere, nothing runs that is not a file of the page, and no other page may frame
 /// it.
-constexpr const char* policy =
-    "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; img-src 'self' "
-    "data: blob:; font-src 'self'; connect-src 'self'; worker-src 'self' blob:; base-uri 'none'; "
-    "form-action 'none'; frame-ancestors 'none'";
+constexpr const char* policy = "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; "
+                               "img-src 'self' data: blob:; font-src 'self'; connect-src 'self'; worker-src "
+                               "'self' blob:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
 const char* media_type(const fs::path& file) {
     static const std::map<std::string, const char*> types = {{".html", "text/html; charset=utf-8"},

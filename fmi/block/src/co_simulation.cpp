@@ -26,10 +26,9 @@ class CoSimulation final : public FmuBlock {
         its.clocked = clocked();
         if (!begin(at)) throw std::runtime_error(its.instance->failure());
         if (const char* const clock = its.clockwork.off_the_grid(at.period()))
-            throw std::runtime_error(
-                "the clock '" + std::string(clock) +
-                "' of the FMU ticks between the steps of the block; give the block a period that "
-                "divides the clock's interval and shift");
+            throw std::runtime_error("the clock '" + std::string(clock) +
+                                     "' of the FMU ticks between the steps of the block; give the block a "
+                                     "period that divides the clock's interval and shift");
     }
     Status reset(Now at, After) const noexcept override {
         Running& its = at[running_];
@@ -85,9 +84,9 @@ class CoSimulation final : public FmuBlock {
 
 void add_co_simulation(bf::Library& library) {
     library.add<CoSimulation>("FMU",
-                              "An FMU of FMI 2.0 or 3.0 for co-simulation, which steps with the "
-                              "block's period. Ports, parameters, types and sizes are those of its "
-                              "description; an output waits for those inputs that the description names.");
+                              "An FMU of FMI 2.0 or 3.0 for co-simulation, which steps with the block's "
+                              "period. Ports, parameters, types and sizes are those of its description; an "
+                              "output waits for those inputs that the description names.");
 }
 
 } // namespace bf::fmi

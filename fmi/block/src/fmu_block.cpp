@@ -217,8 +217,7 @@ FmuBlock::FmuBlock(const Arguments& arguments, Kind kind)
         if (!(kind == Kind::co_simulation ? described.co_simulation : described.model_exchange))
             throw FmuError(archive_.string() +
                            (kind == Kind::co_simulation
-                                ? ": it is for model exchange alone; use the block "
-                                  "FMI/ModelExchange"
+                                ? ": it is for model exchange alone; use the block FMI/ModelExchange"
                                 : ": it is for co-simulation alone; use the block FMI/FMU"));
         const Clockwork clockwork(described, archive_.string());
         if (described.has_clocks() && kind == Kind::co_simulation && !described.co_simulation->has_event_mode)

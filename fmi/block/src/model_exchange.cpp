@@ -112,8 +112,8 @@ class ModelExchange final : public FmuBlock, public Differentiable {
         if (has_jumped && !has_same_states(its, at)) {
             its.instance->fail(
                 its.instance->of_version("fmi2NewDiscreteStates", "fmi3UpdateDiscreteStates"),
-                " makes continuous states jump in the first event, by inputs that were not known "
-                "when the run began; give these inputs start values from which they do not jump");
+                " makes continuous states jump in the first event, by inputs that were not known when the "
+                "run began; give these inputs start values from which they do not jump");
             return its.failure();
         }
         return its.instance->enter_continuous_time() ? ok : its.failure();
@@ -214,8 +214,8 @@ class ModelExchange final : public FmuBlock, public Differentiable {
         if (its.instance->state() == event_mode) {
             if (!its.can_save())
                 throw std::runtime_error(
-                    "its derivatives are known once its first event has ended, which an FMU "
-                    "without saved states cannot do beforehand: go on to a later time");
+                    "its derivatives are known once its first event has ended, which an FMU without saved "
+                    "states cannot do beforehand: go on to a later time");
             kept.state.resize(its.state_size());
             its.save(kept.state.data());
             bool has_jumped = false;
@@ -239,9 +239,8 @@ class ModelExchange final : public FmuBlock, public Differentiable {
         return at.time() >= its.memory.next_event - Running::slack(at);
     }
     static bool fail_off_the_grid(Running& its) noexcept {
-        return its.instance->fail(
-            "", "one of its clocks ticks between two steps of the model; give the model a step "
-                "that divides the clock's interval and shift");
+        return its.instance->fail("", "one of its clocks ticks between two steps of the model; give the "
+                                      "model a step that divides the clock's interval and shift");
     }
     /// An event is not before the time that the FMU named.
     bool enter_event(Running& its, Now at) const noexcept {

@@ -238,8 +238,8 @@ void add_robot(Library& library) {
         "velocities, and positions stay. Limits are not known. With `step_size` the thread steps the robot "
         "instead, in lockstep with the diagram, by commands and the service robot/step (std_srvs/Trigger). "
         "Errors: no master; no states, or not of all joints, or another node that sends commands, within "
-        "start_timeout; in a step: the mode is "
-        "refused where nobody listens to its topic; those of SharedMemory/Robot.");
+        "start_timeout; in a step: the mode is refused where nobody listens to its topic; those of "
+        "SharedMemory/Robot.");
 }
 
 } // namespace bf::ros1

@@ -58,24 +58,22 @@ class Subscribe final : public RosTopic<middleware::SubscribeBlock> {
 
 void add_topics(Library& library) {
     library.group("topics")
-        .add<Publish>(
-            "Publish",
-            "Publishes a message of any type that is installed in each step; the node's thread sends it, the "
-            "newest where several are left. Its fields are ports: numbers, vectors of geometry, arrays, of "
-            "any length where the type allows it, times and durations as s; what is wired to none is zero, "
-            "but "
-            "arrays of any length, which are wired or left out by `fields`. "
-            "Numbers that a field cannot hold become the nearest that it can. Lists of messages are empty. "
-            "Errors: no such type, field or name of a topic.")
+        .add<Publish>("Publish",
+                      "Publishes a message of any type that is installed in each step; the node's thread "
+                      "sends it, the newest where several are left. Its fields are ports: numbers, vectors "
+                      "of geometry, arrays, of any length where the type allows it, times and durations as "
+                      "s; what is wired to none is zero, but arrays of any length, which are wired or left "
+                      "out by `fields`. Numbers that a field cannot hold become the nearest that it can. "
+                      "Lists of messages are empty. Errors: no such type, field or name of a topic.")
         .add<Subscribe>(
             "Subscribe",
             "The newest message of a topic, of any type that is installed; zeros before the first one. Its "
             "fields are ports as those of Publish; a field of any number of elements has the size that "
             "`sizes` says, zeros behind those that came, and how many these were. Integers are exact up to "
             "2^53, and numbers that are not finite, which some types give a meaning, come as they are. Below "
-            "a Bag, messages are those of the file, and `age` is in time of the model. Errors: "
-            "no such type, field or name of a topic; no message within start_timeout; in a step: none for "
-            "timeout, more elements than expected, another frame, another type.");
+            "a Bag, messages are those of the file, and `age` is in time of the model. Errors: no such type, "
+            "field or name of a topic; no message within start_timeout; in a step: none for timeout, more "
+            "elements than expected, another frame, another type.");
 }
 
 } // namespace bf::ros1

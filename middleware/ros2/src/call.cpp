@@ -44,14 +44,11 @@ void add_calls(Library& library) {
     library.group("topics").add<Call>(
         "Call",
         "Calls a service of any type that is installed when its input `call` becomes positive. The numbers "
-        "of "
-        "the request are inputs, those of the answer outputs, as those of Publish and Subscribe; outputs "
-        "keep "
-        "the newest answer, and are zeros before the first one. A step neither waits nor sends: the node's "
-        "threads do, and a call waits until somebody offers the service. Of calls that come faster than they "
-        "are sent the newest counts. "
-        "Errors: no such type, field or name of a service; in a step: no answer for timeout, more elements "
-        "than expected.");
+        "of the request are inputs, those of the answer outputs, as those of Publish and Subscribe; outputs "
+        "keep the newest answer, and are zeros before the first one. A step neither waits nor sends: the "
+        "node's threads do, and a call waits until somebody offers the service. Of calls that come faster "
+        "than they are sent the newest counts. Errors: no such type, field or name of a service; in a step: "
+        "no answer for timeout, more elements than expected.");
 }
 
 } // namespace bf::ros2

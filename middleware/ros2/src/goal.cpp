@@ -365,8 +365,8 @@ class SendGoal final : public Block {
             for (const auto& text : *list)
                 if (!text.starts_with("feedback.") && !text.starts_with("result."))
                     problems.push_back("'" + text +
-                                       "' is neither of the feedback nor of the result; write it "
-                                       "as feedback.field or result.field");
+                                       "' is neither of the feedback nor of the result; write it as "
+                                       "feedback.field or result.field");
     }
 
     ActionType type_;

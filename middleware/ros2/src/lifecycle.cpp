@@ -300,10 +300,9 @@ void add_lifecycle(Library& library) {
         "Lifecycle",
         "Makes the node a managed one: its services change_state, get_state, get_available_states, "
         "get_available_transitions and get_transition_graph, and the topic transition_event, are those of "
-        "lifecycle nodes (lifecycle_msgs), and the outputs tell its state from the next step on. What of "
-        "the diagram is in a subsystem that `active` enables runs as long as the node is active; the others "
-        "go on. What is asked for is done, or refused where the state has no such transition. Where "
-        "`failure` "
+        "lifecycle nodes (lifecycle_msgs), and the outputs tell its state from the next step on. What of the "
+        "diagram is in a subsystem that `active` enables runs as long as the node is active; the others go "
+        "on. What is asked for is done, or refused where the state has no such transition. Where `failure` "
         "or `error` is wired, a step sees each state that is under way and decides: a transition that fails, "
         "or that no step sees for 0.5 s, leads back, an error leads through errorprocessing to `on_error`. A "
         "step of any block that fails ends the run, which leads a node that is inactive or active through "

@@ -155,9 +155,8 @@ class Topics final : public middleware::RobotTopics {
                                             *answer = is_done ? good : bad;
                                         });
         if (!wait_until(end, [&] { return step_.has_server() && pause.has_server(); }))
-            throw std::runtime_error(
-                "it has no services 'robot/step' and 'robot/pause', as those of bf serve "
-                "--ros2; with step_size: 0 its time goes on by itself");
+            throw std::runtime_error("it has no services 'robot/step' and 'robot/pause', as those of bf "
+                                     "serve --ros2; with step_size: 0 its time goes on by itself");
         if (pause.send()) wait_until(end, [&] { return *answer != nothing; });
         if (*answer != good)
             throw std::runtime_error(

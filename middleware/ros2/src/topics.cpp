@@ -85,23 +85,21 @@ void add_topics(Library& library) {
     library.group("topics")
         .add<Publish>(
             "Publish",
-            "Publishes a message of any type that is installed in each step; the node's thread sends "
-            "it, the newest where several are left. Its fields are ports: numbers, vectors of "
-            "geometry, arrays, of any length where the type allows it, times as s; what is "
-            "wired to none keeps the type's default, but arrays of any length, which are wired or left out "
-            "by `fields`. Numbers that a field cannot hold become the "
-            "nearest that it can, integers with halves away from 0 and NaN as 0; what is beyond a float32 is "
-            "infinite. Wide strings, arrays of strings and lists of messages are left out. "
-            "Errors: no such type, field or name of a topic; more elements than a field has.")
+            "Publishes a message of any type that is installed in each step; the node's thread sends it, the "
+            "newest where several are left. Its fields are ports: numbers, vectors of geometry, arrays, of "
+            "any length where the type allows it, times as s; what is wired to none keeps the type's "
+            "default, but arrays of any length, which are wired or left out by `fields`. Numbers that a "
+            "field cannot hold become the nearest that it can, integers with halves away from 0 and NaN as "
+            "0; what is beyond a float32 is infinite. Wide strings, arrays of strings and lists of messages "
+            "are left out. Errors: no such type, field or name of a topic; more elements than a field has.")
         .add<Subscribe>(
             "Subscribe",
-            "The newest message of a topic, of any type that is installed; zeros before the first "
-            "one. Its fields are ports as those of Publish; a field of any number of elements has "
-            "the size that `sizes` says, zeros behind those that came, and how many these were. "
-            "Integers are exact up to 2^53, and numbers that are not finite, which some types give a "
-            "meaning, come as they are. "
-            "Errors: no such type, field or name of a topic; no message within start_timeout; in a "
-            "step: none for timeout, more elements than expected, another frame.");
+            "The newest message of a topic, of any type that is installed; zeros before the first one. Its "
+            "fields are ports as those of Publish; a field of any number of elements has the size that "
+            "`sizes` says, zeros behind those that came, and how many these were. Integers are exact up to "
+            "2^53, and numbers that are not finite, which some types give a meaning, come as they are. "
+            "Errors: no such type, field or name of a topic; no message within start_timeout; in a step: "
+            "none for timeout, more elements than expected, another frame.");
 }
 
 } // namespace bf::ros2

@@ -25,20 +25,14 @@ class Robot final : public middleware::RemoteRobot {
 
 extern "C" void bf_plugin_v1(bf::Library& library) {
     library.group("robot").add<bf::shared_memory::Robot>(
-        "Robot", "A robot that another program of this user on this computer serves through shared memory, "
-                 "such as `bf serve "
-                 "MODEL --shm NAME`: the robot that GetMeasurement, GetSensor, GetLimits, SetReferences, "
-                 "SetLowLevelPID and "
-                 "SetMotorParameters in its subsystem and below use. Each of its periods takes the newest "
-                 "state and sends what "
-                 "was commanded. A robot that waits for its controller goes on by one period with each step, "
-                 "so that all runs "
-                 "are the same, bit for bit. When this program stops, is killed or falls silent, the server "
-                 "takes the joints "
-                 "back. The run's report has the largest age and the final drift. "
-                 "Errors: no such robot within start_timeout, another controller, other joints, another "
-                 "version; in a step: a "
-                 "server that has ended, no new state within the timeout, joints that were taken back, "
-                 "commands that the robot "
-                 "refuses.");
+        "Robot",
+        "A robot that another program of this user on this computer serves through shared memory, such as "
+        "`bf serve MODEL --shm NAME`: the robot that GetMeasurement, GetSensor, GetLimits, SetReferences, "
+        "SetLowLevelPID and SetMotorParameters in its subsystem and below use. Each of its periods takes the "
+        "newest state and sends what was commanded. A robot that waits for its controller goes on by one "
+        "period with each step, so that all runs are the same, bit for bit. When this program stops, is "
+        "killed or falls silent, the server takes the joints back. The run's report has the largest age and "
+        "the final drift. Errors: no such robot within start_timeout, another controller, other joints, "
+        "another version; in a step: a server that has ended, no new state within the timeout, joints that "
+        "were taken back, commands that the robot refuses.");
 }

@@ -63,8 +63,7 @@ double check_of(double time, const std::vector<double>& words) noexcept {
 }
 
 constexpr const char* damaged = "its memory is that of another version, or damaged; use the same "
-                                "BlockFactory on both sides, or start its "
-                                "server anew";
+                                "BlockFactory on both sides, or start its server anew";
 
 bool is_same(const double* a, const double* b, std::size_t count) noexcept {
     return std::memcmp(a, b, count * sizeof(double)) == 0; // bit by bit, as some are NaN
@@ -257,8 +256,7 @@ bool RobotFile::open(const std::string& name, RobotDescription& description) {
         description = RobotDescription::read(text);
         if (const std::size_t wanted = place(description, text_bytes); wanted != bytes)
             throw std::runtime_error("its memory has " + std::to_string(bytes) +
-                                     " bytes, and a robot of its joints and "
-                                     "sensors has " +
+                                     " bytes, and a robot of its joints and sensors has " +
                                      std::to_string(wanted) + "; start its server anew");
         if (!lock_byte(descriptor_, controller_byte, F_WRLCK))
             throw std::runtime_error("another program (process " +

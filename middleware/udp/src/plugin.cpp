@@ -82,25 +82,20 @@ class StreamsBlock final : public Block {
 
 extern "C" void bf_plugin_v1(bf::Library& library) {
     library.group("robot").add<bf::udp::Robot>(
-        "Robot", "A robot that a program on this or another computer serves over UDP, such as `bf serve "
-                 "MODEL --udp PORT --key "
-                 "FILE`. It is what SharedMemory/Robot is, apart from the way: what is lost of states and "
-                 "commands is sent "
-                 "again after 5 ms, while the newest counts, and messages that are lost, late or of others "
-                 "are counted. Every "
-                 "datagram carries a code of its content (HMAC-SHA-256) that takes the key and a number of "
-                 "this connection; it "
-                 "is not encrypted. Ages are counted from when a state came. "
-                 "Errors: those of SharedMemory/Robot; another key; a server that is silent for a second.");
+        "Robot",
+        "A robot that a program on this or another computer serves over UDP, such as `bf serve MODEL --udp "
+        "PORT --key FILE`. It is what SharedMemory/Robot is, apart from the way: what is lost of states and "
+        "commands is sent again after 5 ms, while the newest counts, and messages that are lost, late or of "
+        "others are counted. Every datagram carries a code of its content (HMAC-SHA-256) that takes the key "
+        "and a number of this connection; it is not encrypted. Ages are counted from when a state came. "
+        "Errors: those of SharedMemory/Robot; another key; a server that is silent for a second.");
     library.group("streams").add<bf::udp::StreamsBlock>(
         "Streams",
-        "Streams among programs on one or several computers, over UDP, for StreamRead and "
-        "StreamWrite in its subsystem "
-        "and below. Every message goes to every peer, once: what is lost is counted, what "
-        "comes after a newer "
-        "one is left out. A stream has one writer, until it has ended or was not heard for a second. "
-        "Whoever has the key may send; datagrams carry codes as those of Robot "
-        "do, and what was recorded and is sent again moves nothing. Its time is that of "
-        "the system, s since 1970. A stream has up to 7375 elements, and one reader in a program. "
-        "Errors: an address that others use, a key file that others may read.");
+        "Streams among programs on one or several computers, over UDP, for StreamRead and StreamWrite in its "
+        "subsystem and below. Every message goes to every peer, once: what is lost is counted, what comes "
+        "after a newer one is left out. A stream has one writer, until it has ended or was not heard for a "
+        "second. Whoever has the key may send; datagrams carry codes as those of Robot do, and what was "
+        "recorded and is sent again moves nothing. Its time is that of the system, s since 1970. A stream "
+        "has up to 7375 elements, and one reader in a program. Errors: an address that others use, a key "
+        "file that others may read.");
 }

@@ -221,15 +221,15 @@ std::shared_ptr<toolbox::StreamWriter> StreamsConnection::open_writer(const std:
 
 std::shared_ptr<toolbox::SimulatorConnection> StreamsConnection::open_simulator(const std::string& server,
                                                                                 const std::string&, double) {
-    throw std::runtime_error("the simulator '" + server +
-                             "' cannot be stepped over UDP; use LocalStreams for that, or "
-                             "let bf serve wait for a controller");
+    throw std::runtime_error(
+        "the simulator '" + server +
+        "' cannot be stepped over UDP; use LocalStreams for that, or let bf serve wait for a controller");
 }
 std::shared_ptr<toolbox::SimulatorServer> StreamsConnection::serve_simulator(const std::string& name,
                                                                              double) {
-    throw std::runtime_error("the simulator '" + name +
-                             "' cannot be served over UDP; use LocalStreams for that, or let "
-                             "bf serve wait for a controller");
+    throw std::runtime_error(
+        "the simulator '" + name +
+        "' cannot be served over UDP; use LocalStreams for that, or let bf serve wait for a controller");
 }
 
 double StreamsConnection::now() const noexcept { return system_time(); }

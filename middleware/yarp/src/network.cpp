@@ -421,8 +421,8 @@ class Server final : public ClockServer, private os::PortReader {
         } else if (call == "getStepSize") {
             answer.addFloat64(step_size_);
         } else {
-            answer.addString("pauseSimulation, continueSimulation, stepSimulation N, "
-                             "stepSimulationAndWait N, getSimulationTime, getStepSize");
+            answer.addString("pauseSimulation, continueSimulation, stepSimulation N, stepSimulationAndWait "
+                             "N, getSimulationTime, getStepSize");
         }
         bell_.ring();
         auto* writer = reader.getWriter();

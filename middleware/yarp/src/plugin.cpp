@@ -33,11 +33,11 @@ class Robot final : public middleware::RemoteRobot {
         this, "local", {.doc = "prefix of this program's ports; none: one of this run alone"}};
     Argument<std::vector<std::string>> wrenches{
         this, "wrenches", {.doc = "force/torque sensors, each as name=/port that streams 6 numbers"}};
-    Argument<std::vector<std::string>> imus{this,
-                                            "imus",
-                                            {.doc = "inertial sensors, each as name=/port that streams 12 "
-                                                    "numbers: roll pitch yaw [deg], acceleration, "
-                                                    "angular velocity [deg/s], magnetic field"}};
+    Argument<std::vector<std::string>> imus{
+        this,
+        "imus",
+        {.doc = "inertial sensors, each as name=/port that streams 12 numbers: roll pitch yaw [deg], "
+                "acceleration, angular velocity [deg/s], magnetic field"}};
     Argument<std::string> simulator{
         this,
         "simulator",
@@ -86,35 +86,25 @@ class NetworkBlock final : public Block {
 extern "C" void bf_plugin_v1(bf::Library& library) {
     library.group("robot").add<bf::yarp::Robot>(
         "Robot",
-        "A robot behind YARP's control boards (remotecontrolboardremapper), in place of a world: "
-        "the robot that "
-        "GetMeasurement, GetSensor, GetLimits, SetReferences, SetLowLevelPID and SetMotorParameters "
-        "in its subsystem and "
-        "below use. YARP's calls take locks and wait for the network, so a thread of its own makes "
-        "them: it looks at the "
-        "robot every `interval` s, gives it what was commanded, and takes the joints back (mode "
-        "Position) when the "
-        "run ends or has not stepped for `silence` s. With `simulator` the thread steps the robot "
-        "instead, in lockstep with the diagram. Of states that overtake each other the newest counts, "
-        "for each joint; one that is older by more than 0.2 s, after 0.2 s without any, is of a clock "
-        "that has begun again. Ages are counted from when a state came. Angles are radians here and degrees "
-        "there; prismatic joints and their motors are in m at both ends. "
+        "A robot behind YARP's control boards (remotecontrolboardremapper), in place of a world: the robot "
+        "that GetMeasurement, GetSensor, GetLimits, SetReferences, SetLowLevelPID and SetMotorParameters in "
+        "its subsystem and below use. YARP's calls take locks and wait for the network, so a thread of its "
+        "own makes them: it looks at the robot every `interval` s, gives it what was commanded, and takes "
+        "the joints back (mode Position) when the run ends or has not stepped for `silence` s. With "
+        "`simulator` the thread steps the robot instead, in lockstep with the diagram. Of states that "
+        "overtake each other the newest counts, for each joint; one that is older by more than 0.2 s, after "
+        "0.2 s without any, is of a clock that has begun again. Ages are counted from when a state came. "
+        "Angles are radians here and degrees there; prismatic joints and their motors are in m at both ends. "
         "Errors: no name server, boards, joints or sensors of these names; another diagram that drives one "
-        "of "
-        "the joints; in a step: those of "
-        "SharedMemory/Robot.");
+        "of the joints; in a step: those of SharedMemory/Robot.");
     library.group("streams").add<bf::yarp::NetworkBlock>(
-        "Network", "The YARP network, for the blocks StreamRead (YarpRead), StreamWrite (YarpWrite), "
-                   "NetworkClock (YarpClock), "
-                   "SimulatorSynchronizer, SimulatorClock and RealTimeSynchronizer in its subsystem and "
-                   "below. Streams are ports of vectors: a name that "
-                   "a port has already is connected to, from a port without a name; otherwise it is the name "
-                   "of the port that "
-                   "is opened. Messages come and go in threads of their own, and the newest counts; the "
-                   "timestamp is the message's envelope, or where it has none its number and when it came. "
-                   "Simulators are stepped by the service ClockServer "
-                   "of Gazebo's plugins for YARP (/clock/rpc), and a model with SimulatorClock serves it. "
-                   "The time is that of YARP, "
-                   "which YARP_CLOCK leads. It has no ports. "
-                   "Errors: no name server; a name that another program has.");
+        "Network",
+        "The YARP network, for the blocks StreamRead (YarpRead), StreamWrite (YarpWrite), NetworkClock "
+        "(YarpClock), SimulatorSynchronizer, SimulatorClock and RealTimeSynchronizer in its subsystem and "
+        "below. Streams are ports of vectors: a name that a port has already is connected to, from a port "
+        "without a name; otherwise it is the name of the port that is opened. Messages come and go in "
+        "threads of their own, and the newest counts; the timestamp is the message's envelope, or where it "
+        "has none its number and when it came. Simulators are stepped by the service ClockServer of Gazebo's "
+        "plugins for YARP (/clock/rpc), and a model with SimulatorClock serves it. The time is that of YARP, "
+        "which YARP_CLOCK leads. It has no ports. Errors: no name server; a name that another program has.");
 }

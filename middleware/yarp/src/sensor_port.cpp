@@ -83,9 +83,9 @@ void SensorPort::read(Eigen::Ref<Eigen::VectorXd> values) {
 }
 
 void SensorPort::refuse(const std::string& why) const {
-    throw std::runtime_error("the sensor '" + name + "' at " + from_ + ": " + why +
-                             "; give sensors as name=/port, of a stream or a server of "
-                             "MultipleAnalogSensors");
+    throw std::runtime_error(
+        "the sensor '" + name + "' at " + from_ + ": " + why +
+        "; give sensors as name=/port, of a stream or a server of MultipleAnalogSensors");
 }
 
 template <class I, class Count, class Name>

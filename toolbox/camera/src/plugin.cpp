@@ -50,13 +50,12 @@ class WorldCamera final : public Block {
                         .doc = "of the noise; without one the block's path in the model decides",
                         .from_path = true}};
 
-    Output<Array<std::uint8_t>> colour{
-        this,
-        "colour",
-        {.shape = {Extent(*height), Extent(3 * *width)},
-         .doc = "red, green and blue, from 0 to 255, beside each other: in memory, column by column, "
-                "height x width x 3",
-         .present = *with_colour}};
+    Output<Array<std::uint8_t>> colour{this,
+                                       "colour",
+                                       {.shape = {Extent(*height), Extent(3 * *width)},
+                                        .doc = "red, green and blue, from 0 to 255, beside each other: in "
+                                               "memory, column by column, height x width x 3",
+                                        .present = *with_colour}};
     Output<Matrix> depth{this,
                          "depth",
                          {.shape = {Extent(*height), Extent(*width)},
@@ -130,10 +129,8 @@ extern "C" void bf_plugin_v1(bf::Library& library) {
         "WorldCamera",
         "A camera in the World around the block: pictures of what is there now, drawn off-screen, once per "
         "period of the block, which may be longer than the world's. Its frame is fixed to a body or to the "
-        "world. Depths may have seeded noise. "
-        "Source of the noise: C. V. Nguyen, S. Izadi, D. Lovell, Modeling Kinect sensor noise for improved "
-        "3D "
-        "reconstruction and tracking, 2012. "
-        "Errors: a body that the world does not have, a pose that is none, meshes that are not found; a "
-        "computer without OpenGL.");
+        "world. Depths may have seeded noise. Source of the noise: C. V. Nguyen, S. Izadi, D. Lovell, "
+        "Modeling Kinect sensor noise for improved 3D reconstruction and tracking, 2012. Errors: a body that "
+        "the world does not have, a pose that is none, meshes that are not found; a computer without "
+        "OpenGL.");
 }

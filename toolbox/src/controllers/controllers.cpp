@@ -17,8 +17,7 @@ const std::vector<std::string>& anti_windups() {
     return all;
 }
 constexpr const char* anti_windup_doc = "while the output is at a limit: the integral follows it with the "
-                                        "tracking time, or stands still (clamping), or "
-                                        "grows on";
+                                        "tracking time, or stands still (clamping), or grows on";
 
 /// What a kernels::Pid reads and writes: vectors of Eigen in the clothes of the kernels' views.
 template <class Pointer> struct View {
@@ -184,13 +183,13 @@ class JointPID final : public RobotBlock {
 class CartesianPID final : public Block {
   public:
     using Block::Block;
-    Argument<std::string> result{this,
-                                 "result",
-                                 {.initial = "acceleration",
-                                  .doc = "acceleration: a = a_target + D (v_target - v) + P e + I int e, as "
-                                         "a CartesianTask or an acceleration "
-                                         "interface takes it; velocity: v = v_target + P e + I int e",
-                                  .choices = {"acceleration", "velocity"}}};
+    Argument<std::string> result{
+        this,
+        "result",
+        {.initial = "acceleration",
+         .doc = "acceleration: a = a_target + D (v_target - v) + P e + I int e, as a CartesianTask or an "
+                "acceleration interface takes it; velocity: v = v_target + P e + I int e",
+         .choices = {"acceleration", "velocity"}}};
     Argument<std::string> anti_windup{
         this,
         "anti_windup",
@@ -287,9 +286,9 @@ class CartesianPID final : public Block {
     }
 };
 
-constexpr const char* compensation_doc = "torques beside those of the impedance: dynamics: all that the "
-                                         "motion needs, M nu_dot + h for the target's "
-                                         "acceleration; gravity: g; none";
+constexpr const char* compensation_doc =
+    "torques beside those of the impedance: dynamics: all that the motion needs, M nu_dot + h for the "
+    "target's acceleration; gravity: g; none";
 
 class JointImpedance final : public VelocityBlock {
   public:
@@ -362,12 +361,11 @@ class CartesianImpedance final : public VelocityBlock {
         {.initial = "dynamics",
          .doc = "torques beside those of the impedance: dynamics: h, Coriolis and gravity; gravity: g; none",
          .choices = {"dynamics", "gravity", "none"}}};
-    Argument<bool> posture{
-        this,
-        "posture",
-        {.initial = false,
-         .doc = "joints have an impedance, too, as far as it does not accelerate the frame; needs "
-                "a fixed base"}};
+    Argument<bool> posture{this,
+                           "posture",
+                           {.initial = false,
+                            .doc = "joints have an impedance, too, as far as it does not accelerate the "
+                                   "frame; needs a fixed base"}};
     Input<Transform> w_H_target{this, "w_H_target", {.unit = mixed_units, .doc = "wanted pose in the world"}};
     Input<Vector6> v_target{
         this,
@@ -468,50 +466,37 @@ class CartesianImpedance final : public VelocityBlock {
 
 void add_controllers(Library& library) {
     library.group("controllers")
-        .add<JointPID>("JointPID", "Torques of joints that follow positions: tau = tau_target + P e + I int "
-                                   "e + D e_dot with e = s_target - "
-                                   "s, within the effort limits of the URDF and max_torque. e_dot is that of "
-                                   "the measured velocities or the "
-                                   "filtered one of the positions, N s/(s + N) by the backward rule. While a "
-                                   "torque is at its limit, "
-                                   "feed-forward included, the integral is kept from winding up. "
-                                   "Source: K. J. Åström, T. Hägglund, Advanced PID Control, 2006, §3.5. "
-                                   "Errors: in a step, an input that is not finite.")
+        .add<JointPID>("JointPID",
+                       "Torques of joints that follow positions: tau = tau_target + P e + I int e + D e_dot "
+                       "with e = s_target - s, within the effort limits of the URDF and max_torque. e_dot is "
+                       "that of the measured velocities or the filtered one of the positions, N s/(s + N) by "
+                       "the backward rule. While a torque is at its limit, feed-forward included, the "
+                       "integral is kept from winding up. Source: K. J. Åström, T. Hägglund, Advanced PID "
+                       "Control, 2006, §3.5. Errors: in a step, an input that is not finite.")
         .add<CartesianPID>(
             "CartesianPID",
             "Acceleration or velocity by which a frame follows a pose: a = a_target + D (v_target - v) + P e "
-            "+ I int "
-            "e, or v = v_target + P e + I int e, with e = p_target - p and the rotation vector of R_target "
-            "R', all in "
-            "world axes, within limits; the integral is kept from winding up. "
-            "Source: B. Siciliano, L. Sciavicco, L. Villani, G. Oriolo, Robotics: Modelling, Planning and "
-            "Control, "
-            "2009, §3.7. "
-            "Errors: in a step, an input that is not finite, or a pose whose rotation is none.")
-        .add<JointImpedance>("JointImpedance",
-                             "Torques by which joints behave like springs and dampers: tau = K (s_target - "
-                             "s) + D (s_dot_target - "
-                             "s_dot) + M s_ddot_target + h, h the joints' part of the bias forces; of a "
-                             "floating base, which has no "
-                             "torque, the acceleration is taken as zero. "
-                             "Source: N. Hogan, Impedance control: an approach to manipulation, 1985. "
-                             "Errors: in a step, an input that is not finite, or a w_H_b whose rotation is "
-                             "none.")
+            "+ I int e, or v = v_target + P e + I int e, with e = p_target - p and the rotation vector of "
+            "R_target R', all in world axes, within limits; the integral is kept from winding up. Source: B. "
+            "Siciliano, L. Sciavicco, L. Villani, G. Oriolo, Robotics: Modelling, Planning and Control, "
+            "2009, §3.7. Errors: in a step, an input that is not finite, or a pose whose rotation is none.")
+        .add<JointImpedance>(
+            "JointImpedance",
+            "Torques by which joints behave like springs and dampers: tau = K (s_target - s) + D "
+            "(s_dot_target - s_dot) + M s_ddot_target + h, h the joints' part of the bias forces; of a "
+            "floating base, which has no torque, the acceleration is taken as zero. Source: N. Hogan, "
+            "Impedance control: an approach to manipulation, 1985. Errors: in a step, an input that is not "
+            "finite, or a w_H_b whose rotation is none.")
         .add<CartesianImpedance>(
             "CartesianImpedance",
             "Torques by which a frame behaves like a spring and damper: tau = J' f + h with the wrench f = K "
-            "e + D "
-            "(v_target - J nu) + f_target, e = p_target - p and the rotation vector of R_target R'. With "
-            "posture the "
-            "joints have an impedance of their own in the dynamically consistent null space, tau_0 - J' (J "
-            "M^-1 J')^-1 "
-            "J M^-1 tau_0, which does not accelerate the frame. "
-            "Sources: N. Hogan, Impedance control: an approach to manipulation, 1985; O. Khatib, A unified "
-            "approach "
-            "for motion and force control of robot manipulators, 1987. "
-            "Errors: a frame that the robot does not have (the text lists similar ones), posture of a "
-            "floating base. "
-            "In a step: an input that is not finite, or a pose whose rotation is none.");
+            "e + D (v_target - J nu) + f_target, e = p_target - p and the rotation vector of R_target R'. "
+            "With posture the joints have an impedance of their own in the dynamically consistent null "
+            "space, tau_0 - J' (J M^-1 J')^-1 J M^-1 tau_0, which does not accelerate the frame. Sources: N. "
+            "Hogan, Impedance control: an approach to manipulation, 1985; O. Khatib, A unified approach for "
+            "motion and force control of robot manipulators, 1987. Errors: a frame that the robot does not "
+            "have (the text lists similar ones), posture of a floating base. In a step: an input that is not "
+            "finite, or a pose whose rotation is none.");
 }
 
 } // namespace bf::toolbox

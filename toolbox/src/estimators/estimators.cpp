@@ -163,12 +163,11 @@ class ContactWrenches final : public VelocityBlock {
                           .unit = mixed_units,
                           .doc = "acceleration, mixed; open: zero, for slow motions",
                           .optional = true}};
-    InputList<Vector6> ft{
-        this,
-        prefixed("ft_", *sensors),
-        {.unit = mixed_units,
-         .doc = "what the child link exerts on its parent [N; Nm], at its origin and in its axes, "
-                "as GetSensor tells"}};
+    InputList<Vector6> ft{this,
+                          prefixed("ft_", *sensors),
+                          {.unit = mixed_units,
+                           .doc = "what the child link exerts on its parent [N; Nm], at its origin and in "
+                                  "its axes, as GetSensor tells"}};
     OutputList<Vector6> f{
         this,
         prefixed("f_", *contacts),
@@ -231,8 +230,7 @@ class LegOdometry final : public RobotBlock {
         "w_H_b_0",
         {.initial = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1},
          .unit = mixed_units,
-         .doc = "base pose of the first step; open: that of which the frame that stands is at "
-                "the origin",
+         .doc = "base pose of the first step; open: that of which the frame that stands is at the origin",
          .optional = true}};
     Output<Transform> w_H_b{this, "w_H_b", {.unit = mixed_units, .doc = base_pose_doc}};
     Output<Vector6> v_b{this, "v_b", {.unit = mixed_units, .doc = base_velocity_doc}};
@@ -435,8 +433,7 @@ class ContactEKF final : public RobotBlock {
                               {.shape = {errors, errors},
                                .unit = mixed_units,
                                .doc = "of the right-invariant errors: orientation, velocity, position of the "
-                                      "imu; biases of gyroscope and "
-                                      "accelerometer; points"}};
+                                      "imu; biases of gyroscope and accelerometer; points"}};
     DiscreteState<Transform> pose{this, "pose", {.unit = mixed_units, .doc = "predicted, of the imu"}};
     DiscreteState<Vector3> velocity{
         this, "velocity", {.unit = unit<"m/s">, .doc = "predicted, of the imu, world axes"}};
@@ -567,59 +564,43 @@ void add_estimators(Library& library) {
         .add<MomentumObserver>(
             "MomentumObserver",
             "External forces from the momentum p = M nu, without accelerations: r = sum J' f of all that "
-            "tau, gravity "
-            "and the known wrenches do not explain, seen through a filter of bandwidth gain, dr/dt = K "
-            "(dp/dt - C' nu "
-            "+ g - [0; tau] - sum J' f_known - r), and the wrenches on `frames` that explain r best in the "
-            "sense of "
-            "least squares. Friction of joints that tau does not contain counts as external. "
-            "Source: A. De Luca, A. Albu-Schäffer, S. Haddadin, G. Hirzinger, Collision detection and safe "
-            "reaction "
-            "with the DLR-III lightweight manipulator arm, 2006. "
-            "Errors: a frame that the robot does not have; in a step, an input that is not finite, or a "
-            "w_H_b whose rotation is none; no period.")
-        .add<ContactWrenches>("ContactWrenches", "Wrenches of contacts and joint torques from force/torque "
-                                                 "sensors, which cut the robot into parts, and the "
-                                                 "equations of motion of each part: what weight, "
-                                                 "acceleration and sensors leave acts on the contact in it. "
-                                                 "Several contacts of one part share that by least norm; "
-                                                 "what a part without any leaves is not explained. "
-                                                 "Source: F. Nori et al., iCub whole-body control through "
-                                                 "force regulation on rigid non-coplanar contacts, "
-                                                 "2015. "
-                                                 "Errors: a sensor that is no fixed joint, a frame that the "
-                                                 "robot does not have; in a step, an input that is "
-                                                 "not finite, or a w_H_b whose rotation is none.")
-        .add<LegOdometry>("LegOdometry", "Pose and velocity of a floating base from the joints, as long as "
-                                         "some frame stands: the frame that holds "
-                                         "the robot stays where it is, and when it no longer stands, another "
-                                         "one that does takes over where it is "
-                                         "then. With imu the orientation is measured, and the frame stays "
-                                         "with its origin alone. The velocity is "
-                                         "that for which all standing frames move least: as surfaces, or "
-                                         "with imu, whose angular velocity is measured, their origins. Where "
-                                         "none stands, "
-                                         "the last one is taken to stand. "
-                                         "Source: M. Bloesch et al., State estimation for legged robots: "
-                                         "consistent fusion of leg kinematics and "
-                                         "IMU, 2012, for the kinematics. "
-                                         "Errors: a frame that the robot does not have, a fixed base; in a "
-                                         "step, an input that is not finite, or "
-                                         "a rotation that is none; imu without a period.")
-        .add<ContactEKF>("ContactEKF", "Pose and velocity of a floating base by an invariant extended Kalman "
-                                       "filter over an inertial sensor and "
-                                       "frames that stand: orientation R, velocity and position of the imu, "
-                                       "points of contact and biases, with "
-                                       "right-invariant errors; measured are the points seen from the imu "
-                                       "through the joints. A frame that comes "
-                                       "to stand becomes a new point. Yaw and position are not observable "
-                                       "and keep the uncertainty of the start. "
-                                       "Source: R. Hartley, M. Ghaffari, R. M. Eustice, J. W. Grizzle, "
-                                       "Contact-aided invariant extended Kalman "
-                                       "filtering for robot state estimation, 2020. "
-                                       "Errors: a frame that the robot does not have, a fixed base; in a "
-                                       "step, an input that is not finite, or "
-                                       "an estimate that diverges; no period.");
+            "tau, gravity and the known wrenches do not explain, seen through a filter of bandwidth gain, "
+            "dr/dt = K (dp/dt - C' nu + g - [0; tau] - sum J' f_known - r), and the wrenches on `frames` "
+            "that explain r best in the sense of least squares. Friction of joints that tau does not contain "
+            "counts as external. Source: A. De Luca, A. Albu-Schäffer, S. Haddadin, G. Hirzinger, Collision "
+            "detection and safe reaction with the DLR-III lightweight manipulator arm, 2006. Errors: a frame "
+            "that the robot does not have; in a step, an input that is not finite, or a w_H_b whose rotation "
+            "is none; no period.")
+        .add<ContactWrenches>(
+            "ContactWrenches",
+            "Wrenches of contacts and joint torques from force/torque sensors, which cut the robot into "
+            "parts, and the equations of motion of each part: what weight, acceleration and sensors leave "
+            "acts on the contact in it. Several contacts of one part share that by least norm; what a part "
+            "without any leaves is not explained. Source: F. Nori et al., iCub whole-body control through "
+            "force regulation on rigid non-coplanar contacts, 2015. Errors: a sensor that is no fixed joint, "
+            "a frame that the robot does not have; in a step, an input that is not finite, or a w_H_b whose "
+            "rotation is none.")
+        .add<LegOdometry>(
+            "LegOdometry",
+            "Pose and velocity of a floating base from the joints, as long as some frame stands: the frame "
+            "that holds the robot stays where it is, and when it no longer stands, another one that does "
+            "takes over where it is then. With imu the orientation is measured, and the frame stays with its "
+            "origin alone. The velocity is that for which all standing frames move least: as surfaces, or "
+            "with imu, whose angular velocity is measured, their origins. Where none stands, the last one is "
+            "taken to stand. Source: M. Bloesch et al., State estimation for legged robots: consistent "
+            "fusion of leg kinematics and IMU, 2012, for the kinematics. Errors: a frame that the robot does "
+            "not have, a fixed base; in a step, an input that is not finite, or a rotation that is none; imu "
+            "without a period.")
+        .add<ContactEKF>(
+            "ContactEKF",
+            "Pose and velocity of a floating base by an invariant extended Kalman filter over an inertial "
+            "sensor and frames that stand: orientation R, velocity and position of the imu, points of "
+            "contact and biases, with right-invariant errors; measured are the points seen from the imu "
+            "through the joints. A frame that comes to stand becomes a new point. Yaw and position are not "
+            "observable and keep the uncertainty of the start. Source: R. Hartley, M. Ghaffari, R. M. "
+            "Eustice, J. W. Grizzle, Contact-aided invariant extended Kalman filtering for robot state "
+            "estimation, 2020. Errors: a frame that the robot does not have, a fixed base; in a step, an "
+            "input that is not finite, or an estimate that diverges; no period.");
 }
 
 } // namespace bf::toolbox

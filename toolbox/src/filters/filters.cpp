@@ -378,33 +378,24 @@ class MinimumJerkTrajectoryGenerator final : public Block, public Differentiable
 
 void add_filters(Library& library) {
     library.group("filters")
-        .add<DiscreteFilter>("DiscreteFilter",
-                             "Element-wise discrete filter: generic, first-order low-pass or median. "
-                             "Generic: y[k] = (sum b_i u[k-i] - sum_{i>=1} a_i y[k-i]) / a_0. "
-                             "FirstOrderLowPassFilter: the same with "
-                             "b = [T, T], a = [2 tau + T, T - 2 tau], tau = 1/(2 pi Fc), T the block's "
-                             "sample time (Tustin's rule). "
-                             "MedianFilter: the median of the last `order` inputs; of an even number, the "
-                             "mean of the middle two. "
-                             "It starts at rest in zero, or in the steady state whose output is y0. "
-                             "Errors: coefficients that are all zero, a_0 = 0, y0 or u0 "
-                             "of another size than the signal.")
+        .add<DiscreteFilter>(
+            "DiscreteFilter",
+            "Element-wise discrete filter: generic, first-order low-pass or median. Generic: y[k] = (sum b_i "
+            "u[k-i] - sum_{i>=1} a_i y[k-i]) / a_0. FirstOrderLowPassFilter: the same with b = [T, T], a = "
+            "[2 tau + T, T - 2 tau], tau = 1/(2 pi Fc), T the block's sample time (Tustin's rule). "
+            "MedianFilter: the median of the last `order` inputs; of an even number, the mean of the middle "
+            "two. It starts at rest in zero, or in the steady state whose output is y0. Errors: coefficients "
+            "that are all zero, a_0 = 0, y0 or u0 of another size than the signal.")
         .add<MinimumJerkTrajectoryGenerator>(
             "MinimumJerkTrajectoryGenerator",
             "Smooths a reference by a third-order filter that approximates minimum-jerk motion; gives "
-            "velocity and acceleration too. "
-            "p''' = alpha (p - u) + beta p' + gamma p'' with alpha = -150.766/T^3, beta = -84.981/T^2, gamma "
-            "= -15.967/T by Tustin's "
-            "rule; nine tenths of a step of the reference are done after T. It starts at rest at the "
-            "reference, or at "
-            "`initial`. When T changes, "
-            "position, velocity and acceleration go on smoothly; with reset_on_settling_time_change velocity "
-            "and acceleration restart "
-            "from zero. "
-            "Source: U. Pattacini et al., An experimental evaluation of a novel minimum-jerk Cartesian "
-            "controller for humanoid "
-            "robots, 2010. "
-            "Errors: a settling time at the input that is not above 0 fails the step.");
+            "velocity and acceleration too. p''' = alpha (p - u) + beta p' + gamma p'' with alpha = "
+            "-150.766/T^3, beta = -84.981/T^2, gamma = -15.967/T by Tustin's rule; nine tenths of a step of "
+            "the reference are done after T. It starts at rest at the reference, or at `initial`. When T "
+            "changes, position, velocity and acceleration go on smoothly; with reset_on_settling_time_change "
+            "velocity and acceleration restart from zero. Source: U. Pattacini et al., An experimental "
+            "evaluation of a novel minimum-jerk Cartesian controller for humanoid robots, 2010. Errors: a "
+            "settling time at the input that is not above 0 fails the step.");
 }
 
 } // namespace bf::toolbox

@@ -235,42 +235,32 @@ class Osqp final : public QuadraticProgram {
 
 void add_qp(Library& library) {
     library.group("optimisation")
-        .add<QP>("QP", "Quadratic program: min 1/2 x'Hx + g'x subject to lbA <= Ax <= ubA, lb <= x <= ub. "
-                       "n variables, m rows of A; ports by the use_ arguments, an absent bound is none, "
-                       "equal bounds make an "
-                       "equality, and only the symmetric part of H counts. It starts from the solution of "
-                       "the step before. While the "
-                       "status is not 0, x keeps the last solution (zero before the first). "
-                       "Source: D. Arnström, A. Bemporad, D. Axehill, A dual active-set solver for embedded "
-                       "quadratic programming "
-                       "using recursive LDL' updates, 2022; status numbers are those of qpOASES. "
-                       "Errors: with stop_when_fails, a problem that is not solved, naming the entry that is "
-                       "not finite or the "
-                       "bounds that cross.")
+        .add<QP>("QP", "Quadratic program: min 1/2 x'Hx + g'x subject to lbA <= Ax <= ubA, lb <= x <= ub. n "
+                       "variables, m rows of A; ports by the use_ arguments, an absent bound is none, equal "
+                       "bounds make an equality, and only the symmetric part of H counts. It starts from the "
+                       "solution of the step before. While the status is not 0, x keeps the last solution "
+                       "(zero before the first). Source: D. Arnström, A. Bemporad, D. Axehill, A dual "
+                       "active-set solver for embedded quadratic programming using recursive LDL' updates, "
+                       "2022; status numbers are those of qpOASES. Errors: with stop_when_fails, a problem "
+                       "that is not solved, naming the entry that is not finite or the bounds that cross.")
         .add<QpOases>(
             "QpOases",
             "Quadratic program as QP, solved by qpOASES with its default options and at most 100 changes of "
             "the working set in a step. It starts from the solution and working set of the step before and, "
             "if that fails, once more from nothing; where these options find no minimum because H is "
             "singular, by proximal point iterations. While the status is not 0, x keeps the last solution "
-            "(zero before the first). "
-            "Source: H. J. Ferreau et al., qpOASES: a parametric active-set algorithm for quadratic "
-            "programming, 2014. "
-            "Errors: those of QP.")
+            "(zero before the first). Source: H. J. Ferreau et al., qpOASES: a parametric active-set "
+            "algorithm for quadratic programming, 2014. Errors: those of QP.")
         .add<Osqp>(
             "OSQP",
             "Quadratic program as QP, solved approximately by OSQP: it ends where violations of constraints "
-            "and "
-            "the gradient of the Lagrangian are below 1e-3, absolute and relative, which says nothing of how "
-            "far "
-            "x is from the solution where the cost is flat. Its "
-            "status has the numbers of OSQP, where 1 is solved: what compares with 0, as for QpOases, never "
-            "accepts it. It starts from solution and multipliers of the step before. At the iteration limit "
-            "x "
-            "is where the iterations ended; without any point (infeasible, unbounded, ...) it keeps the last "
-            "one. "
-            "Source: B. Stellato et al., OSQP: an operator splitting solver for quadratic programs, 2020. "
-            "Errors: with stop_when_fails, a status other than 1 and 2, in the words of QP.");
+            "and the gradient of the Lagrangian are below 1e-3, absolute and relative, which says nothing of "
+            "how far x is from the solution where the cost is flat. Its status has the numbers of OSQP, "
+            "where 1 is solved: what compares with 0, as for QpOases, never accepts it. It starts from "
+            "solution and multipliers of the step before. At the iteration limit x is where the iterations "
+            "ended; without any point (infeasible, unbounded, ...) it keeps the last one. Source: B. "
+            "Stellato et al., OSQP: an operator splitting solver for quadratic programs, 2020. Errors: with "
+            "stop_when_fails, a status other than 1 and 2, in the words of QP.");
 }
 
 } // namespace bf::toolbox

@@ -49,13 +49,13 @@ class InverseKinematics final : public RobotBlock {
               if (com) names.push_back("com");
               return names;
           }};
-    Input<Transform> w_H_b_0{this,
-                             "w_H_b_0",
-                             {.initial = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1},
-                              .unit = mixed_units,
-                              .doc = "base pose: rotation [1], position [m]; with finds_base the one from "
-                                     "which the first step searches; "
-                                     "a fixed base without one is at the origin"}};
+    Input<Transform> w_H_b_0{
+        this,
+        "w_H_b_0",
+        {.initial = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1},
+         .unit = mixed_units,
+         .doc = "base pose: rotation [1], position [m]; with finds_base the one from which the first step "
+                "searches; a fixed base without one is at the origin"}};
     Input<Vector> s_0{this,
                       "s_0",
                       {.shape = {n},
@@ -221,25 +221,16 @@ void add_inverse_kinematics(Library& library) {
         .add<InverseKinematics>(
             "InverseKinematics",
             "Joint positions within their limits, and with finds_base the base pose, at which frames and the "
-            "centre "
-            "of mass are nearest to their targets: min 1/2 sum w |e|^2 + 1/2 sum w_s (posture - s)^2 with "
-            "the "
-            "position errors p_target - p and the rotation vectors of R_target R', all in the world. "
-            "Damped least squares, the damping in proportion to what is left of the cost. The first step "
-            "(and the "
-            "first after a reset) begins at s_0, and where that does not reach the targets, at other "
-            "postures between "
-            "the limits; later steps go on from the last solution and move no joint faster than max_speed. "
-            "Out of "
-            "reach it gives the least error near the last solution. Without a weighted posture joints that "
-            "no target "
-            "needs stay where they are; with one the solution is a compromise, the nearer to the targets the "
-            "smaller "
-            "posture_weights are. "
-            "Source: T. Sugihara, Solvability-unconcerned inverse kinematics by the Levenberg-Marquardt "
-            "method, 2011. "
-            "Errors: a frame that the robot does not have (the text lists similar ones), no target, "
-            "finds_base with a "
+            "centre of mass are nearest to their targets: min 1/2 sum w |e|^2 + 1/2 sum w_s (posture - s)^2 "
+            "with the position errors p_target - p and the rotation vectors of R_target R', all in the "
+            "world. Damped least squares, the damping in proportion to what is left of the cost. The first "
+            "step (and the first after a reset) begins at s_0, and where that does not reach the targets, at "
+            "other postures between the limits; later steps go on from the last solution and move no joint "
+            "faster than max_speed. Out of reach it gives the least error near the last solution. Without a "
+            "weighted posture joints that no target needs stay where they are; with one the solution is a "
+            "compromise, the nearer to the targets the smaller posture_weights are. Source: T. Sugihara, "
+            "Solvability-unconcerned inverse kinematics by the Levenberg-Marquardt method, 2011. Errors: a "
+            "frame that the robot does not have (the text lists similar ones), no target, finds_base with a "
             "fixed base. In a step: a target that is not finite, or whose rotation is none, by name.");
 }
 

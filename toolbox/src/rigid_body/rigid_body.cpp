@@ -350,50 +350,44 @@ class RelativeJacobian final : public QuantityOf<JointBlock, RelativeJacobian> {
 
 void add_rigid_body(Library& library) {
     library.group("rigid body")
-        .add<ForwardKinematics>(
-            "ForwardKinematics",
-            "Pose of a frame in the world, w_H_frame(w_H_b, s), 4x4. "
-            "For the pseudo frame com: the position of the centre of mass and the identity as rotation. "
-            "Errors: a frame that the robot does not have; the text lists similar ones.")
-        .add<CenterOfMass>("CenterOfMass", "Position and velocity of the centre of mass, world axes. "
-                                           "com = sum m_i c_i / sum m_i, com_dot = J_com nu.")
+        .add<ForwardKinematics>("ForwardKinematics",
+                                "Pose of a frame in the world, w_H_frame(w_H_b, s), 4x4. For the pseudo "
+                                "frame com: the position of the centre of mass and the identity as rotation. "
+                                "Errors: a frame that the robot does not have; the text lists similar ones.")
+        .add<CenterOfMass>("CenterOfMass", "Position and velocity of the centre of mass, world axes. com = "
+                                           "sum m_i c_i / sum m_i, com_dot = J_com nu.")
         .add<Jacobian>("Jacobian",
                        "Jacobian of a frame: J nu = [origin velocity; angular velocity], mixed "
-                       "representation, 6 x (6+n); 6 x n for a fixed base, whose nu is s_dot. "
-                       "For the pseudo frame com: rows 1 to 3 are the Jacobian of the centre of mass, rows 4 "
-                       "to 6 are zero. "
+                       "representation, 6 x (6+n); 6 x n for a fixed base, whose nu is s_dot. For the pseudo "
+                       "frame com: rows 1 to 3 are the Jacobian of the centre of mass, rows 4 to 6 are zero. "
                        "Errors: a frame that the robot does not have; the text lists similar ones.")
         .add<DotJNu>("DotJNu", "Bias acceleration of a frame, d/dt(J) nu, mixed representation, 6 elements. "
                                "It is the acceleration of the frame for nu_dot = 0. For the pseudo frame "
                                "com: elements 1 to 3 are those of the centre of mass, 4 to 6 are zero. "
                                "Errors: a frame that the robot does not have; the text lists similar ones.")
-        .add<MassMatrix>("MassMatrix", "Mass matrix M of the robot, (6+n) x (6+n): kinetic energy = 1/2 nu' "
-                                       "M nu; n x n for a fixed base. "
-                                       "Source: R. Featherstone, Rigid Body Dynamics Algorithms, 2008, §6.2.")
+        .add<MassMatrix>(
+            "MassMatrix",
+            "Mass matrix M of the robot, (6+n) x (6+n): kinetic energy = 1/2 nu' M nu; n x n for a fixed "
+            "base. Source: R. Featherstone, Rigid Body Dynamics Algorithms, 2008, §6.2.")
         .add<InverseDynamics>(
             "InverseDynamics",
-            "Generalised forces M nu_dot + h of a motion without external wrenches, 6+n elements. "
-            "nu_dot = [v_b_dot; s_ddot]; the result is [base wrench; joint torques], for a fixed base the n "
-            "joint "
-            "torques alone. "
-            "Source: R. Featherstone, Rigid Body Dynamics Algorithms, 2008, §5.3.")
+            "Generalised forces M nu_dot + h of a motion without external wrenches, 6+n elements. nu_dot = "
+            "[v_b_dot; s_ddot]; the result is [base wrench; joint torques], for a fixed base the n joint "
+            "torques alone. Source: R. Featherstone, Rigid Body Dynamics Algorithms, 2008, §5.3.")
         .add<ForwardDynamics>(
             "ForwardDynamics",
             "Accelerations of joint torques and external wrenches: M nu_dot + h = [0; tau] + sum J' f, with "
             "nu_dot = [v_b_dot; s_ddot] and a wrench f = [force; moment] on each of `frames`. It is the "
-            "inverse of "
-            "InverseDynamics. A fixed base does not accelerate. "
-            "Source: R. Featherstone, Rigid Body Dynamics Algorithms, 2008, §6.5. "
-            "Errors: a frame that the robot does not have; the text lists similar ones. In a step: a joint "
-            "that "
-            "moves links without inertia, by name.")
+            "inverse of InverseDynamics. A fixed base does not accelerate. Source: R. Featherstone, Rigid "
+            "Body Dynamics Algorithms, 2008, §6.5. Errors: a frame that the robot does not have; the text "
+            "lists similar ones. In a step: a joint that moves links without inertia, by name.")
         .add<GetBiasForces>(
             "GetBiasForces",
-            "Coriolis, centrifugal and gravity forces h(q, nu), 6+n elements, n for a fixed base. "
-            "M nu_dot + h = [0; tau] + sum J' f; h is InverseDynamics with zero accelerations.")
+            "Coriolis, centrifugal and gravity forces h(q, nu), 6+n elements, n for a fixed base. M nu_dot + "
+            "h = [0; tau] + sum J' f; h is InverseDynamics with zero accelerations.")
         .add<GetGravityForces>("GetGravityForces",
-                               "Gravity forces g(q) = h(q, 0), 6+n elements, n for a fixed base. "
-                               "It is InverseDynamics with zero velocities and accelerations.")
+                               "Gravity forces g(q) = h(q, 0), 6+n elements, n for a fixed base. It is "
+                               "InverseDynamics with zero velocities and accelerations.")
         .add<GetCoriolisForces>(
             "GetCoriolisForces",
             "Coriolis and centrifugal forces c(q, nu) = h(q, nu) - g(q), 6+n elements, n for a fixed base: "
@@ -401,41 +395,36 @@ void add_rigid_body(Library& library) {
         .add<CoriolisMatrix>(
             "CoriolisMatrix",
             "Matrix C of the Coriolis and centrifugal forces, (6+n) x (6+n), n x n for a fixed base: C nu = "
-            "c and "
-            "dM/dt = C + C', so that dM/dt - 2C is skew-symmetric. Its entries for the joints are those of "
-            "the "
-            "Christoffel symbols; the first three columns of a floating base are zero. "
-            "Source: S. Echeandia, P. M. Wensing, Numerical methods to compute the Coriolis matrix and "
-            "Christoffel symbols for rigid-body systems, 2021.")
+            "c and dM/dt = C + C', so that dM/dt - 2C is skew-symmetric. Its entries for the joints are "
+            "those of the Christoffel symbols; the first three columns of a floating base are zero. Source: "
+            "S. Echeandia, P. M. Wensing, Numerical methods to compute the Coriolis matrix and Christoffel "
+            "symbols for rigid-body systems, 2021.")
         .add<MassMatrixDerivative>(
             "MassMatrixDerivative",
             "Time derivative of the mass matrix, dM/dt = C + C' with the Coriolis matrix C, (6+n) x (6+n), "
             "n x n for a fixed base.")
-        .add<CentroidalMomentum>(
-            "CentroidalMomentum",
-            "Linear and angular momentum about the centre of mass, world axes, 6 elements. "
-            "H = A nu with the centroidal momentum matrix A. "
-            "Source: D. Orin, A. Goswami, S.-H. Lee, Centroidal dynamics of a humanoid robot, 2013.")
+        .add<CentroidalMomentum>("CentroidalMomentum",
+                                 "Linear and angular momentum about the centre of mass, world axes, 6 "
+                                 "elements. H = A nu with the centroidal momentum matrix A. Source: D. Orin, "
+                                 "A. Goswami, S.-H. Lee, Centroidal dynamics of a humanoid robot, 2013.")
         .add<CentroidalTotalMomentumMatrix>(
             "CentroidalTotalMomentumMatrix",
             "Centroidal momentum matrix A, 6 x (6+n), 6 x n for a fixed base: A nu = momentum about the "
-            "centre of "
-            "mass, world axes. "
-            "Source: D. Orin, A. Goswami, S.-H. Lee, Centroidal dynamics of a humanoid robot, 2013.")
-        .add<DotANu>("DotANu",
-                     "Bias of the centroidal momentum, d/dt(A) nu, 6 elements, world axes: the rate of "
-                     "the momentum H = A nu about the centre of mass for nu_dot = 0, dH/dt = A nu_dot + "
-                     "d/dt(A) nu.")
-        .add<RelativeTransform>("RelativeTransform",
-                                "Pose of one frame seen from another, frame1_H_frame2(s), 4x4; depends on "
-                                "the joint positions only. "
-                                "Errors: a frame that the robot does not have; the text lists similar ones.")
-        .add<RelativeJacobian>(
-            "RelativeJacobian",
-            "Jacobian of the velocity of one frame relative to another, 6 x n. "
-            "J s_dot = [origin velocity; angular velocity] of `frame` relative to `reference`, in the axes "
-            "of `reference`; depends on the joint positions only. "
-            "Errors: a frame that the robot does not have; the text lists similar ones.");
+            "centre of mass, world axes. Source: D. Orin, A. Goswami, S.-H. Lee, Centroidal dynamics of a "
+            "humanoid robot, 2013.")
+        .add<DotANu>(
+            "DotANu",
+            "Bias of the centroidal momentum, d/dt(A) nu, 6 elements, world axes: the rate of the momentum H "
+            "= A nu about the centre of mass for nu_dot = 0, dH/dt = A nu_dot + d/dt(A) nu.")
+        .add<RelativeTransform>(
+            "RelativeTransform",
+            "Pose of one frame seen from another, frame1_H_frame2(s), 4x4; depends on the joint positions "
+            "only. Errors: a frame that the robot does not have; the text lists similar ones.")
+        .add<RelativeJacobian>("RelativeJacobian",
+                               "Jacobian of the velocity of one frame relative to another, 6 x n. J s_dot = "
+                               "[origin velocity; angular velocity] of `frame` relative to `reference`, in "
+                               "the axes of `reference`; depends on the joint positions only. Errors: a "
+                               "frame that the robot does not have; the text lists similar ones.");
 }
 
 } // namespace bf::toolbox

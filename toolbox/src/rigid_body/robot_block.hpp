@@ -64,8 +64,7 @@ inline std::vector<std::string> prefixed(const std::string& prefix, const std::v
 }
 
 inline constexpr const char* base_pose_doc =
-    "base pose: rotation [1], position [m]; a fixed base without one is at "
-    "the origin";
+    "base pose: rotation [1], position [m]; a fixed base without one is at the origin";
 inline constexpr const char* base_velocity_doc = "base velocity, mixed: origin [m/s], angular [rad/s], world "
                                                  "axes; zero for a fixed base, which needs none";
 

@@ -259,28 +259,22 @@ class SetMotorParameters final : public LoopBlock {
 
 void add_low_level(Library& library) {
     library.group("robot")
-        .add<GetLowLevelPIDs>(
-            "GetLowLevelPIDs",
-            "Gains that the robot's low-level loops have now, n elements each, in the robot's units. "
-            "Of a MujocoWorld: Nm/rad, Nm/(rad s), Nm s/rad for Position; PWM per Nm, Nm s and Nm/s for "
-            "Torque. "
-            "Errors: a robot that tells no gains.")
-        .add<SetLowLevelPID>(
-            "SetLowLevelPID",
-            "Sets gains of the robot's low-level loops with the first step, and again where a parameter was "
-            "changed; stopping the run puts the former ones back. command = P e + I integral of e + D de/dt "
-            "with "
-            "the error e of the loop. "
-            "Errors: a robot without such gains; a joint that it does not have; a gain that is not "
-            "given.")
-        .add<SetMotorParameters>("SetMotorParameters", "Sets gains of the robot's low-level loops from "
-                                                       "signals, whenever one of them changes, and with the "
-                                                       "first step what the torque loop knows of the motors: "
-                                                       "command = k_tau tau + bemf s_dot + the loop's "
-                                                       "PID. Stopping the run puts the former ones back. "
-                                                       "Errors: a robot without such gains or parameters; "
-                                                       "k_tau or bemf of another size than the joints; a "
-                                                       "gain that is not finite ends the run.");
+        .add<GetLowLevelPIDs>("GetLowLevelPIDs",
+                              "Gains that the robot's low-level loops have now, n elements each, in the "
+                              "robot's units. Of a MujocoWorld: Nm/rad, Nm/(rad s), Nm s/rad for Position; "
+                              "PWM per Nm, Nm s and Nm/s for Torque. Errors: a robot that tells no gains.")
+        .add<SetLowLevelPID>("SetLowLevelPID",
+                             "Sets gains of the robot's low-level loops with the first step, and again where "
+                             "a parameter was changed; stopping the run puts the former ones back. command = "
+                             "P e + I integral of e + D de/dt with the error e of the loop. Errors: a robot "
+                             "without such gains; a joint that it does not have; a gain that is not given.")
+        .add<SetMotorParameters>(
+            "SetMotorParameters",
+            "Sets gains of the robot's low-level loops from signals, whenever one of them changes, and with "
+            "the first step what the torque loop knows of the motors: command = k_tau tau + bemf s_dot + the "
+            "loop's PID. Stopping the run puts the former ones back. Errors: a robot without such gains or "
+            "parameters; k_tau or bemf of another size than the joints; a gain that is not finite ends the "
+            "run.");
 }
 
 } // namespace bf::toolbox

@@ -101,8 +101,8 @@ class Configuration final : public Block {
                 scene.options().robots[static_cast<std::size_t>(scene.robot(*world_robot))].options;
             if (scene.is_mjcf(scene.robot(*world_robot)))
                 throw std::runtime_error("robot '" + *world_robot +
-                                         "' is an MJCF, of which the model blocks "
-                                         "compute nothing; give its URDF as 'robot' in place of world_robot");
+                                         "' is an MJCF, of which the model blocks compute nothing; give its "
+                                         "URDF as 'robot' in place of world_robot");
             return std::make_shared<const RobotConfiguration>(RobotConfiguration{
                 dynamics::Model::load(options.urdf, options.joints, scene.options().gravity,
                                       options.base_link, options.floating_base),
@@ -295,22 +295,19 @@ class SetReferences final : public DeviceBlock {
         } else if (const int joint = connection.joint_in_other_mode(mode()); joint >= 0) {
             return Status::failure(
                 "{element} has left its control mode; look for a fault of the robot, or let the subsystem "
-                "reset "
-                "its states when it is enabled, where another SetReferences drove the robot in between",
+                "reset its states when it is enabled, where another SetReferences drove the robot in between",
                 u, joint);
         }
         if (has_limit()) {
             if (const double found = age_of(at); found > age_limit) {
                 if (*when_old == "stop" && age_limit < 0.01)
-                    return Status::failure(
-                        "the measurements are {} us old, and age_limit is {} us; look at the "
-                        "robot's connection",
-                        count(found, 1e-6), count(age_limit, 1e-6));
+                    return Status::failure("the measurements are {} us old, and age_limit is {} us; look at "
+                                           "the robot's connection",
+                                           count(found, 1e-6), count(age_limit, 1e-6));
                 if (*when_old == "stop")
-                    return Status::failure(
-                        "the measurements are {} ms old, and age_limit is {} ms; look at the "
-                        "robot's connection",
-                        count(found, 1e-3), count(age_limit, 1e-3));
+                    return Status::failure("the measurements are {} ms old, and age_limit is {} ms; look at "
+                                           "the robot's connection",
+                                           count(found, 1e-3), count(age_limit, 1e-3));
                 if (mode() == ControlMode::position) return ok; // it has them
                 const double left =
                     *when_old == "hold" ? 1 : std::max(0.0, 1 - (at[since] + at.period()) / ramp_time);
@@ -354,55 +351,41 @@ void add_robot(Library& library) {
             "Configuration",
             "The robot whose quantities the model blocks of this subsystem compute: URDF, joints, gravity. "
             "It has no ports: blocks in its subsystem and below find the nearest one, and all of them share "
-            "one computation per "
-            "state. `robot` is a file, a package:// or model:// address, or the name of an installed robot; "
-            "`joints` is the order of "
-            "all n-vectors; a joint that is not in it follows a listed one that the URDF lets it mimic, or "
-            "is "
-            "locked at zero. "
-            "A listed joint is independent even if the URDF lets it mimic another. With `floating_base: "
-            "false` "
-            "M is n x n, h and tau have n elements, J and A n columns: what belongs to the six velocities of "
-            "the base is left out. "
+            "one computation per state. `robot` is a file, a package:// or model:// address, or the name of "
+            "an installed robot; `joints` is the order of all n-vectors; a joint that is not in it follows a "
+            "listed one that the URDF lets it mimic, or is locked at zero. A listed joint is independent "
+            "even if the URDF lets it mimic another. With `floating_base: false` M is n x n, h and tau have "
+            "n elements, J and A n columns: what belongs to the six velocities of the base is left out. "
             "Errors: an unknown robot, a joint that is unknown, fixed or listed twice, two configurations in "
             "one subsystem.")
         .add<GetMeasurement>(
             "GetMeasurement",
             "What the robot's joints or motors measure now, n elements in joint order: rad, rad/s, rad/s2, "
-            "Nm, or raw. "
-            "The robot is the nearest around the block: a MujocoWorld or a connection to a real one. "
-            "Errors: a measured_type that the robot does not have; a measurement that fails in a step.")
-        .add<GetSensor>("GetSensor",
-                        "Reading of a force/torque sensor or an inertial sensor of the robot. "
-                        "wrench: 6, force [N] and moment [Nm] at the sensor in sensor axes; of a simulated "
-                        "robot what the child's side exerts on the parent's, so that a tool at rest with z "
-                        "up reads -m g in z. imu: 12, roll pitch yaw [rad], "
-                        "acceleration minus gravity [m/s2] and "
-                        "angular velocity [rad/s] in sensor axes, magnetic field. "
-                        "Errors: a sensor that the robot does not have; the text lists those it has.")
-        .add<GetLimits>("GetLimits",
-                        "Limits of the joints, n elements each, infinite where there are none. "
-                        "ModelPosition and ModelVelocity: from the URDF of the nearest Configuration; "
-                        "ControlBoardPosition and ControlBoardVelocity: from the nearest "
-                        "robot. They are read at the start of a run and constant in it.")
+            "Nm, or raw. The robot is the nearest around the block: a MujocoWorld or a connection to a real "
+            "one. Errors: a measured_type that the robot does not have; a measurement that fails in a step.")
+        .add<GetSensor>(
+            "GetSensor",
+            "Reading of a force/torque sensor or an inertial sensor of the robot. wrench: 6, force [N] and "
+            "moment [Nm] at the sensor in sensor axes; of a simulated robot what the child's side exerts on "
+            "the parent's, so that a tool at rest with z up reads -m g in z. imu: 12, roll pitch yaw [rad], "
+            "acceleration minus gravity [m/s2] and angular velocity [rad/s] in sensor axes, magnetic field. "
+            "Errors: a sensor that the robot does not have; the text lists those it has.")
+        .add<GetLimits>("GetLimits", "Limits of the joints, n elements each, infinite where there are none. "
+                                     "ModelPosition and ModelVelocity: from the URDF of the nearest "
+                                     "Configuration; ControlBoardPosition and ControlBoardVelocity: from the "
+                                     "nearest robot. They are read at the start of a run and constant in it.")
         .add<SetReferences>(
             "SetReferences",
             "Commands the robot's joints, n references in joint order: rad, rad/s, Nm or raw, by "
-            "control_type. "
-            "The control mode is set with the first reference, and anew after a reset; stopping the run puts "
-            "it "
-            "back. Position moves at most at reference_speed and sends references where they change; "
-            "Velocity "
-            "accelerates at most with reference_acceleration. A simulated robot clamps torques to the limits "
-            "of "
-            "effort; positions beyond theirs are sent as they are, and the stops of the joints hold there. "
-            "Where measurements are older than age_limit, the references of before are held or ramped down, "
-            "or the run ends; when they are fresh again, it goes on with u. "
+            "control_type. The control mode is set with the first reference, and anew after a reset; "
+            "stopping the run puts it back. Position moves at most at reference_speed and sends references "
+            "where they change; Velocity accelerates at most with reference_acceleration. A simulated robot "
+            "clamps torques to the limits of effort; positions beyond theirs are sent as they are, and the "
+            "stops of the joints hold there. Where measurements are older than age_limit, the references of "
+            "before are held or ramped down, or the run ends; when they are fresh again, it goes on with u. "
             "Errors: a control_type that the robot does not have; two that command one robot in the same "
-            "step, "
-            "unless each stands in a conditional subsystem of its own, which resets its states when it is "
-            "enabled; a "
-            "reference that is not finite or a joint that has left its mode ends the run.");
+            "step, unless each stands in a conditional subsystem of its own, which resets its states when it "
+            "is enabled; a reference that is not finite or a joint that has left its mode ends the run.");
 }
 
 } // namespace bf::toolbox

@@ -110,12 +110,11 @@ class StreamRead final : public Block {
         stamp = {at[last_stamp](0), at[last_stamp](1)};
         auto& end = *at[reader].end;
         if (wait_for_data && !end.wait(timeout))
-            return is_interrupted()
-                       ? Status::failure(interrupted)
-                       : failure(at,
-                                 "no message came within the timeout of %g s; look whether its sender "
-                                 "runs, or raise timeout",
-                                 *timeout);
+            return is_interrupted() ? Status::failure(interrupted)
+                                    : failure(at,
+                                              "no message came within the timeout of %g s; look whether its "
+                                              "sender runs, or raise timeout",
+                                              *timeout);
         switch (end.take(values, stamp)) {
         case Taken::wrong_size:
             return Status::failure("a message has {} elements, but argument 'size' is {}",
@@ -420,18 +419,16 @@ class SimulatorClock final : public Block {
 
 void add_streams(Library& library) {
     library.group("streams")
-        .add<LocalStreams>("LocalStreams", "Streams among the programs of one user on this computer, through "
-                                           "shared memory, for the blocks in its "
-                                           "subsystem and below. Blocks of another plugin may provide those "
-                                           "of a middleware instead. It has no "
-                                           "ports. Its time is that of the system, s since 1970. "
-                                           "Errors: two networks in one subsystem.")
-        .add<StreamRead>(
-            "StreamRead",
-            "Newest message of a stream, of which messages in between are lost; without a new one, the last. "
-            "Messages of before the start do not count. "
-            "Errors: nobody sends, with autoconnect and error_on_missing; in a step: a message of another "
-            "size or with a number that is not finite, and with wait_for_data none within the timeout.")
+        .add<LocalStreams>("LocalStreams",
+                           "Streams among the programs of one user on this computer, through shared memory, "
+                           "for the blocks in its subsystem and below. Blocks of another plugin may provide "
+                           "those of a middleware instead. It has no ports. Its time is that of the system, "
+                           "s since 1970. Errors: two networks in one subsystem.")
+        .add<StreamRead>("StreamRead",
+                         "Newest message of a stream, of which messages in between are lost; without a new "
+                         "one, the last. Messages of before the start do not count. Errors: nobody sends, "
+                         "with autoconnect and error_on_missing; in a step: a message of another size or "
+                         "with a number that is not finite, and with wait_for_data none within the timeout.")
         .add<StreamWrite>(
             "StreamWrite",
             "Sends its input as a message in each step. A stream has one writer and any number of readers. "
@@ -440,32 +437,26 @@ void add_streams(Library& library) {
         .add<NetworkClock>("NetworkClock",
                            "Time of the stream network around: that of the system, or the simulated one of a "
                            "middleware.")
-        .add<RealTimeSynchronizer>("RealTimeSynchronizer",
-                                   "Holds each step until its time: step k is not done before that of the "
-                                   "first one + k interval. A step "
-                                   "that comes later is an overrun; they are counted, and told when the run "
-                                   "ends. `bf run --realtime` "
-                                   "does the same for whole models, with more to say. "
-                                   "Errors: neither an interval nor a sample time.")
+        .add<RealTimeSynchronizer>(
+            "RealTimeSynchronizer",
+            "Holds each step until its time: step k is not done before that of the first one + k interval. A "
+            "step that comes later is an overrun; they are counted, and told when the run ends. `bf run "
+            "--realtime` does the same for whole models, with more to say. Errors: neither an interval nor a "
+            "sample time.")
         .add<SimulatorSynchronizer>(
             "SimulatorSynchronizer",
             "Steps a simulator of another program by its interval in each step, and waits until that is "
-            "done. The "
-            "number of steps is the interval over the simulator's step, rounded, with a warning where it is "
-            "no "
-            "integer. The simulator is paused with the first step and goes on freely after the last one. "
-            "Errors: no simulator answers; an interval below half a step of the simulator; in a step: a "
-            "simulator "
-            "that has ended.")
+            "done. The number of steps is the interval over the simulator's step, rounded, with a warning "
+            "where it is no integer. The simulator is paused with the first step and goes on freely after "
+            "the last one. Errors: no simulator answers; an interval below half a step of the simulator; in "
+            "a step: a simulator that has ended.")
         .add<SimulatorClock>(
             "SimulatorClock",
             "Makes this model a simulator that a SimulatorSynchronizer of another program pauses and steps. "
             "Before that it runs freely, and again when the other program is gone. Where it stands in the "
-            "order of "
-            "the document, the model waits: behind what sends the state, and before what receives commands. "
-            "Errors: no sample time; another simulator of that name; in a step: a pause that is longer than "
-            "the "
-            "timeout.");
+            "order of the document, the model waits: behind what sends the state, and before what receives "
+            "commands. Errors: no sample time; another simulator of that name; in a step: a pause that is "
+            "longer than the timeout.");
 }
 
 } // namespace bf::toolbox

@@ -154,8 +154,7 @@ Status failure(const qp::Hierarchy::Result& result, const Layout& layout) {
                                    element(result.column - place->column));
         case Fault::bound:
             return Status::failure(
-                "{element} or the upper bound beside it is no bound; use -inf and inf where "
-                "there is none",
+                "{element} or the upper bound beside it is no bound; use -inf and inf where there is none",
                 port, element(place->columns));
         case Fault::weight:
             return Status::failure("{element} is no weight; it must be from 0 to 1e100", port,
@@ -175,9 +174,8 @@ Status failure(const qp::Hierarchy::Result& result, const Layout& layout) {
     case qp::Status::iteration_limit:
         return Status::failure("level {} was not solved within max_iterations; raise it", result.levels + 1);
     case qp::Status::infeasible:
-        return Status::failure(
-            "the constraints contradict each other; relax them, or make limits a task of the first "
-            "level, which is violated as little as possible");
+        return Status::failure("the constraints contradict each other; relax them, or make limits a task of "
+                               "the first level, which is violated as little as possible");
     default:
         return Status::failure("the solver broke down at level {}; scale the rows alike", result.levels + 1);
     }
@@ -473,48 +471,31 @@ void add_task_solvers(Library& library) {
         .add<HierarchicalQP>(
             "HierarchicalQP",
             "The x that keeps all constraints and violates the tasks as little as possible, level by level: "
-            "of all x "
-            "that keep the constraints those of least 1/2 sum weight violation^2 of level 1, of these those "
-            "of level "
-            "2, and so on, at last the x of least |x|. Each port takes rows [A, lower, upper, weight], r x "
-            "(n+3), which "
-            "ask for lower <= A x <= upper; equal bounds make an equality, -inf and inf are none, weight 0 "
-            "switches "
-            "a row off. One level is an ordinary weighted quadratic program. "
-            "Limits given as a task of level 1 are never infeasible: they are violated as little as "
-            "possible, and all "
-            "else comes after. While status is not 0: x is the best of the levels before the one that "
-            "failed, and "
-            "when that was the first, the last solution (zero before the first). "
+            "of all x that keep the constraints those of least 1/2 sum weight violation^2 of level 1, of "
+            "these those of level 2, and so on, at last the x of least |x|. Each port takes rows [A, lower, "
+            "upper, weight], r x (n+3), which ask for lower <= A x <= upper; equal bounds make an equality, "
+            "-inf and inf are none, weight 0 switches a row off. One level is an ordinary weighted quadratic "
+            "program. Limits given as a task of level 1 are never infeasible: they are violated as little as "
+            "possible, and all else comes after. While status is not 0: x is the best of the levels before "
+            "the one that failed, and when that was the first, the last solution (zero before the first). "
             "Sources: B. Siciliano, J.-J. Slotine, A general framework for managing multiple tasks in highly "
             "redundant robotic systems, 1991; O. Kanoun, F. Lamiraux, P.-B. Wieber, Kinematic control of "
-            "redundant "
-            "manipulators: generalizing the task-priority framework to inequality task, 2011; status numbers "
-            "are "
-            "those of QP. "
-            "Errors: levels that are not those of the tasks, a name that is given twice. With "
-            "stop_when_fails, what is "
-            "not solved, naming the entry that is at fault.")
+            "redundant manipulators: generalizing the task-priority framework to inequality task, 2011; "
+            "status numbers are those of QP. Errors: levels that are not those of the tasks, a name that is "
+            "given twice. With stop_when_fails, what is not solved, naming the entry that is at fault.")
         .add<TaskSpaceInverseDynamics>(
             "TaskSpaceInverseDynamics",
             "Joint torques of the tasks: HierarchicalQP over x = [nu_dot; f], the accelerations and the "
-            "wrenches of "
-            "the contacts, under the equations of motion M nu_dot + h = [0; tau] + sum J' f (tau follows "
-            "from x and is "
-            "no variable), |tau| <= max_torque, contacts that do not move, J nu_dot = -J_dot nu - "
-            "contact_damping J nu, and "
-            "their limits. Tasks and constraints are rows over nu_dot. What no level decides is the x of "
-            "least "
-            "norm, so that contacts share the load. While status is not 0: the best of the levels before the "
-            "one that "
-            "failed, and when that was the first, torques, accelerations and wrenches stay as they were. "
-            "Sources: A. Herzog, N. Rotella, S. Mason, F. Grimminger, S. Schaal, L. Righetti, Momentum "
-            "control with "
-            "hierarchical inverse dynamics on a torque-controlled humanoid, 2016; those of HierarchicalQP. "
-            "Errors: a frame that the robot does not have (the text lists similar ones), levels that are not "
-            "those of the tasks, a name that is given twice. With stop_when_fails, what is not solved, "
-            "naming the entry "
-            "that is at fault.");
+            "wrenches of the contacts, under the equations of motion M nu_dot + h = [0; tau] + sum J' f (tau "
+            "follows from x and is no variable), |tau| <= max_torque, contacts that do not move, J nu_dot = "
+            "-J_dot nu - contact_damping J nu, and their limits. Tasks and constraints are rows over nu_dot. "
+            "What no level decides is the x of least norm, so that contacts share the load. While status is "
+            "not 0: the best of the levels before the one that failed, and when that was the first, torques, "
+            "accelerations and wrenches stay as they were. Sources: A. Herzog, N. Rotella, S. Mason, F. "
+            "Grimminger, S. Schaal, L. Righetti, Momentum control with hierarchical inverse dynamics on a "
+            "torque-controlled humanoid, 2016; those of HierarchicalQP. Errors: a frame that the robot does "
+            "not have (the text lists similar ones), levels that are not those of the tasks, a name that is "
+            "given twice. With stop_when_fails, what is not solved, naming the entry that is at fault.");
 }
 
 } // namespace bf::toolbox

@@ -418,63 +418,49 @@ void add_tasks(Library& library) {
         .add<CartesianTask>(
             "CartesianTask",
             "A frame follows a position, an orientation or a pose: J nu_dot = a_target + kd (v_target - J "
-            "nu) + "
-            "kp e - J_dot nu, all in world axes, with e = p_target - p and the rotation vector of R_target "
-            "R', "
-            "the logarithm in SO(3). "
-            "A task is a matrix of rows [A, lower, upper, weight], which ConcatenateMatrices joins and "
-            "HierarchicalQP and TaskSpaceInverseDynamics solve; a row of weight 0 asks for nothing. "
-            "Source: L. Sciavicco, B. Siciliano, Modelling and Control of Robot Manipulators, 2000, ch. 6. "
-            "Errors: a frame that the robot does not have (the text lists similar ones). In a step: a target "
-            "that is not finite, or whose rotation is none.")
-        .add<CenterOfMassTask>(
-            "CenterOfMassTask",
-            "The centre of mass follows a position: J_com nu_dot = a_target + kd (v_target - com_dot) + "
-            "kp (p_target - com) - J_com_dot nu, 3 rows [A, lower, upper, weight], world axes. "
-            "Errors: in a step, a target that is not finite.")
+            "nu) + kp e - J_dot nu, all in world axes, with e = p_target - p and the rotation vector of "
+            "R_target R', the logarithm in SO(3). A task is a matrix of rows [A, lower, upper, weight], "
+            "which ConcatenateMatrices joins and HierarchicalQP and TaskSpaceInverseDynamics solve; a row of "
+            "weight 0 asks for nothing. Source: L. Sciavicco, B. Siciliano, Modelling and Control of Robot "
+            "Manipulators, 2000, ch. 6. Errors: a frame that the robot does not have (the text lists similar "
+            "ones). In a step: a target that is not finite, or whose rotation is none.")
+        .add<CenterOfMassTask>("CenterOfMassTask",
+                               "The centre of mass follows a position: J_com nu_dot = a_target + kd "
+                               "(v_target - com_dot) + kp (p_target - com) - J_com_dot nu, 3 rows [A, lower, "
+                               "upper, weight], world axes. Errors: in a step, a target that is not finite.")
         .add<MomentumTask>(
             "MomentumTask",
             "The centroidal momentum follows a target: A nu_dot = H_dot_target + k (H_target - H) - A_dot "
-            "nu, 6 rows "
-            "[A, lower, upper, weight], linear and angular about the centre of mass, world axes. "
-            "Source: D. Orin, A. Goswami, S.-H. Lee, Centroidal dynamics of a humanoid robot, 2013. "
-            "Errors: in a step, a target that is not finite.")
-        .add<PostureTask>("PostureTask",
-                          "The joints follow positions: s_ddot = s_ddot_target + kd (s_dot_target - s_dot) + "
-                          "kp (s_target - s), n rows [A, lower, upper, weight]. "
-                          "Errors: in a step, an input that is not finite.")
-        .add<RigidContact>(
-            "RigidContact",
-            "A frame that touches the world and does not slip: J nu_dot = -J_dot nu - damping J nu, 6 rows "
-            "[A, lower, upper, weight] of a surface, 3 of a point. TaskSpaceInverseDynamics has these rows "
-            "of its "
-            "own contacts already. "
-            "Errors: a frame that the robot does not have; the text lists similar ones.")
-        .add<ContactLimits>("ContactLimits", "What a contact transmits, as rows [A, lower, upper, weight] "
-                                             "over its wrench f, world axes: a pyramid "
-                                             "inside the cone of friction, whose faces bound cos(t) f_x + "
-                                             "sin(t) f_y by friction cos(pi/faces) f_z, "
-                                             "and the normal force; of a surface also torsion and the centre "
-                                             "of pressure (-m_y, m_x)/f_z within a "
-                                             "rectangle; in the axes of the frame; or the same as C f <= d. "
-                                             "Source: S. Caron, Q.-C. Pham, Y. Nakamura, Stability of "
-                                             "surface contacts for humanoid robots, 2015. "
-                                             "Errors: a frame that the robot does not have; the text lists "
-                                             "similar ones. In a step: a rectangle "
-                                             "that ends before it begins.")
+            "nu, 6 rows [A, lower, upper, weight], linear and angular about the centre of mass, world axes. "
+            "Source: D. Orin, A. Goswami, S.-H. Lee, Centroidal dynamics of a humanoid robot, 2013. Errors: "
+            "in a step, a target that is not finite.")
+        .add<PostureTask>(
+            "PostureTask",
+            "The joints follow positions: s_ddot = s_ddot_target + kd (s_dot_target - s_dot) + kp (s_target "
+            "- s), n rows [A, lower, upper, weight]. Errors: in a step, an input that is not finite.")
+        .add<RigidContact>("RigidContact",
+                           "A frame that touches the world and does not slip: J nu_dot = -J_dot nu - damping "
+                           "J nu, 6 rows [A, lower, upper, weight] of a surface, 3 of a point. "
+                           "TaskSpaceInverseDynamics has these rows of its own contacts already. Errors: a "
+                           "frame that the robot does not have; the text lists similar ones.")
+        .add<ContactLimits>(
+            "ContactLimits",
+            "What a contact transmits, as rows [A, lower, upper, weight] over its wrench f, world axes: a "
+            "pyramid inside the cone of friction, whose faces bound cos(t) f_x + sin(t) f_y by friction "
+            "cos(pi/faces) f_z, and the normal force; of a surface also torsion and the centre of pressure "
+            "(-m_y, m_x)/f_z within a rectangle; in the axes of the frame; or the same as C f <= d. Source: "
+            "S. Caron, Q.-C. Pham, Y. Nakamura, Stability of surface contacts for humanoid robots, 2015. "
+            "Errors: a frame that the robot does not have; the text lists similar ones. In a step: a "
+            "rectangle that ends before it begins.")
         .add<JointLimits>(
             "JointLimits",
             "Limits of position and speed as limits of joint accelerations, n rows [A, lower, upper, "
-            "weight]: those "
-            "which, held over a period, keep each joint within the limits of the URDF, and from which it can "
-            "stay "
-            "within them for ever without more than max_acceleration. Where that is impossible, or outside, "
-            "they ask "
-            "for the strongest braking; as a task of the first level they are never infeasible. "
-            "Source: A. Del Prete, Joint position and velocity bounds in discrete-time acceleration/torque "
-            "control "
-            "of robot arms, 2018. "
-            "Errors: in a step, an input that is not finite; no period and no horizon.");
+            "weight]: those which, held over a period, keep each joint within the limits of the URDF, and "
+            "from which it can stay within them for ever without more than max_acceleration. Where that is "
+            "impossible, or outside, they ask for the strongest braking; as a task of the first level they "
+            "are never infeasible. Source: A. Del Prete, Joint position and velocity bounds in discrete-time "
+            "acceleration/torque control of robot arms, 2018. Errors: in a step, an input that is not "
+            "finite; no period and no horizon.");
 }
 
 } // namespace bf::toolbox

@@ -22,17 +22,16 @@ class JointTrajectory final : public Block {
                                  "timing",
                                  {.initial = "time_optimal",
                                   .doc = "time_optimal: the shortest time, by phases of constant jerk; "
-                                         "minimum_jerk: polynomials of least "
-                                         "jerk",
+                                         "minimum_jerk: polynomials of least jerk",
                                   .choices = {"time_optimal", "minimum_jerk"}}};
-    Argument<std::string> synchronisation{this,
-                                          "synchronisation",
-                                          {.initial = "time",
-                                           .doc = "of time_optimal: all elements arrive at the same time; "
-                                                  "phase: on the straight line to the target, from rest or "
-                                                  "from a motion along it, otherwise as time; none: each "
-                                                  "as soon as it can",
-                                           .choices = {"time", "phase", "none"}}};
+    Argument<std::string> synchronisation{
+        this,
+        "synchronisation",
+        {.initial = "time",
+         .doc =
+             "of time_optimal: all elements arrive at the same time; phase: on the straight line to the "
+             "target, from rest or from a motion along it, otherwise as time; none: each as soon as it can",
+         .choices = {"time", "phase", "none"}}};
 
     Dim n{this, "n"};
     Input<Vector> target{this, "target", {.shape = {n}, .unit = any_unit, .doc = "where to go"}};
@@ -104,9 +103,8 @@ class JointTrajectory final : public Block {
                        : Status::failure("the limits allow no time: velocities must be finite, and "
                                          "accelerations too where jerks are");
         case Planned::Status::not_found:
-            return Status::failure(
-                "no motion to the target was found; look at a target that is very far away, or "
-                "at limits that are many orders of magnitude apart");
+            return Status::failure("no motion to the target was found; look at a target that is very far "
+                                   "away, or at limits that are many orders of magnitude apart");
         case Planned::Status::not_finite: return Status::failure("the trajectory is not finite; reset it");
         case Planned::Status::planned: break;
         }
@@ -186,8 +184,7 @@ class CartesianTrajectory final : public Block {
                                "path",
                                {.initial = "straight",
                                 .doc = "straight: the origin on a line, the shortest rotation; screw: the "
-                                       "geodesic of SE(3), which turns "
-                                       "about one axis",
+                                       "geodesic of SE(3), which turns about one axis",
                                 .choices = {"straight", "screw"}}};
     Input<Transform> target{
         this, "w_H_target", {.unit = mixed_units, .doc = "where to go, pose in the world"}};
@@ -299,29 +296,21 @@ void add_trajectories(Library& library) {
             "JointTrajectory",
             "A vector, such as joint positions, moves from rest to its target within limits of velocity, "
             "acceleration and jerk: in the shortest time, or by polynomials of least jerk, whose duration is "
-            "the "
-            "shortest that the limits allow. When the target or a limit changes on the way, it goes on from "
-            "its "
-            "present position, velocity and acceleration; what is then beyond its limits is braked. Where no "
-            "polynomial of minimum_jerk to the target keeps the limits, one first brings each element to "
-            "rest within them, or within what velocity and acceleration are already. It starts at rest at "
-            "`initial`. "
-            "Sources: L. Berscheid, T. Kröger, Jerk-limited real-time trajectory generation with arbitrary "
-            "target "
-            "states, 2021; T. Flash, N. Hogan, The coordination of arm movements, 1985. "
-            "Errors: an input that is not finite, limits that allow no time, no period.")
-        .add<CartesianTrajectory>("CartesianTrajectory",
-                                  "A pose moves from rest to its target by coordinates of least jerk, along "
-                                  "a straight line with the "
-                                  "shortest rotation or along a screw, with the velocity and acceleration "
-                                  "that a CartesianTask takes. When "
-                                  "the target changes on the way, it goes on from its present pose, velocity "
-                                  "and acceleration. It starts at "
-                                  "rest at w_H_0. "
-                                  "Source: M. Žefran, V. Kumar, C. B. Croke, On the generation of smooth "
-                                  "three-dimensional rigid body "
-                                  "motions, 1998. "
-                                  "Errors: a pose that is not finite, or whose rotation is none; no period.");
+            "the shortest that the limits allow. When the target or a limit changes on the way, it goes on "
+            "from its present position, velocity and acceleration; what is then beyond its limits is braked. "
+            "Where no polynomial of minimum_jerk to the target keeps the limits, one first brings each "
+            "element to rest within them, or within what velocity and acceleration are already. It starts at "
+            "rest at `initial`. Sources: L. Berscheid, T. Kröger, Jerk-limited real-time trajectory "
+            "generation with arbitrary target states, 2021; T. Flash, N. Hogan, The coordination of arm "
+            "movements, 1985. Errors: an input that is not finite, limits that allow no time, no period.")
+        .add<CartesianTrajectory>(
+            "CartesianTrajectory",
+            "A pose moves from rest to its target by coordinates of least jerk, along a straight line with "
+            "the shortest rotation or along a screw, with the velocity and acceleration that a CartesianTask "
+            "takes. When the target changes on the way, it goes on from its present pose, velocity and "
+            "acceleration. It starts at rest at w_H_0. Source: M. Žefran, V. Kumar, C. B. Croke, On the "
+            "generation of smooth three-dimensional rigid body motions, 1998. Errors: a pose that is not "
+            "finite, or whose rotation is none; no period.");
 }
 
 } // namespace bf::toolbox

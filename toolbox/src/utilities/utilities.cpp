@@ -83,19 +83,13 @@ template <class Kernel> class Pinv final : public Block {
 void add_utilities(Library& library) {
     library.group("utilities")
         .add<Holder>("Holder", "Holds the first sample of a signal, whatever comes later. y[k] = s[0].")
-        .add<Errors>(
-            "Errors",
-            "Absolute and relative error. absolute = x - y, relative = (x - y) ./ y, which is infinite "
-            "or NaN where y is 0.")
-        .add<MatchSignalSizes>(
-            "MatchSignalSizes",
-            "Lets a signal pass that has the size of another one, for what takes its size from "
-            "the wiring. "
-            "Errors: two sizes.")
+        .add<Errors>("Errors", "Absolute and relative error. absolute = x - y, relative = (x - y) ./ y, "
+                               "which is infinite or NaN where y is 0.")
+        .add<MatchSignalSizes>("MatchSignalSizes", "Lets a signal pass that has the size of another one, for "
+                                                   "what takes its size from the wiring. Errors: two sizes.")
         .add<Pinv<kernels::DampedPinv>>(
-            "DampPinv", "Damped pseudo-inverse. y = u' (u u' + tol I)^-1, or (u' u + tol I)^-1 u' "
-                        "of a tall matrix. "
-                        "Errors: a singular matrix with tol = 0 stops the run.")
+            "DampPinv", "Damped pseudo-inverse. y = u' (u u' + tol I)^-1, or (u' u + tol I)^-1 u' of a tall "
+                        "matrix. Errors: a singular matrix with tol = 0 stops the run.")
         .add<Pinv<kernels::TruncatedPinv>>("TruncPinv", "Pseudo-inverse without small singular values. y = "
                                                         "sum v u' / s over the singular values s above tol.");
 }

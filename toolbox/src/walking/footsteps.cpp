@@ -344,8 +344,7 @@ class FootstepPlanner final : public Block {
             return Status::failure("steps is no whole number; give one, or Inf");
         if (at[width] < at[min_width] || at[width] > at[max_width])
             return Status::failure(
-                "width is not from min_width to max_width; let the feet stand as far apart "
-                "as they may step");
+                "width is not from min_width to max_width; let the feet stand as far apart as they may step");
         if (at[x][0] > at[x][1])
             return Status::failure("x goes from a larger to a smaller value; exchange them");
         if (at[y][0] > at[y][1])
@@ -394,31 +393,20 @@ class FootstepPlanner final : public Block {
 void add_footsteps(Library& library) {
     library.group("walking").add<FootstepPlanner>(
         "FootstepPlanner",
-        "Where the feet of a biped go, and when: a walk by a velocity, or to a goal, one foothold per "
-        "step. "
-        "It stands for start_time; "
-        "each step is a phase on both feet and one on a single foot. The body, midway between feet "
-        "`width` "
-        "apart, moves along arcs "
-        "of constant velocity (a unicycle where y is 0), and each foothold lands beside it. What is "
-        "beyond "
-        "the reach of a step is brought "
-        "within it, each coordinate by itself: a goal is reached in more steps, a velocity that is too "
-        "high "
-        "is not reached. A sole that would "
-        "stand on an edge of the ground moves along its x axis by the least that avoids that, within "
-        "reach; where there is "
-        "no such place it stays where it "
-        "was wanted. The walk ends after `steps`, at the goal, or at velocity zero, with the feet side "
-        "by side, and goes on with either foot where one is then more than 2 cm or 0.1 rad away; where no "
-        "step "
-        "leads there, over an edge or to a goal out of reach, it stands and says so in `blocked`. "
-        "`shift` moves the foothold of the foot in the air, within reach as well, but not over an edge; "
-        "`delay` lets it land later or, below 0, earlier. "
-        "Source: R. Siegwart, I. Nourbakhsh, Introduction to Autonomous Mobile Robots, 2004, ch. 3. "
+        "Where the feet of a biped go, and when: a walk by a velocity, or to a goal, one foothold per step. "
+        "It stands for start_time; each step is a phase on both feet and one on a single foot. The body, "
+        "midway between feet `width` apart, moves along arcs of constant velocity (a unicycle where y is 0), "
+        "and each foothold lands beside it. What is beyond the reach of a step is brought within it, each "
+        "coordinate by itself: a goal is reached in more steps, a velocity that is too high is not reached. "
+        "A sole that would stand on an edge of the ground moves along its x axis by the least that avoids "
+        "that, within reach; where there is no such place it stays where it was wanted. The walk ends after "
+        "`steps`, at the goal, or at velocity zero, with the feet side by side, and goes on with either foot "
+        "where one is then more than 2 cm or 0.1 rad away; where no step leads there, over an edge or to a "
+        "goal out of reach, it stands and says so in `blocked`. `shift` moves the foothold of the foot in "
+        "the air, within reach as well, but not over an edge; `delay` lets it land later or, below 0, "
+        "earlier. Source: R. Siegwart, I. Nourbakhsh, Introduction to Autonomous Mobile Robots, 2004, ch. 3. "
         "Errors: a ground that is no list of boxes, terrain on which no level sole stands. In a step: a "
-        "command, "
-        "a pose, a shift or a delay that is not finite.");
+        "command, a pose, a shift or a delay that is not finite.");
 }
 
 } // namespace bf::toolbox

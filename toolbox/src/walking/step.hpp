@@ -15,9 +15,9 @@ inline constexpr const char* footholds_doc =
     "columns [x y z yaw] of soles: the foot that moves, where it comes from; the foot that stands; where the "
     "first one goes; the steps after it [m, rad]";
 inline constexpr const char* step_doc =
-    "of the step: time in it, duration on both feet, on one foot, and both in the next one [s], the "
-    "standing foot (1 left, 2 right), "
-    "how many steps are planned, this one included (0: it stands), whether the weight begins midway (1 or 0)";
+    "of the step: time in it, duration on both feet, on one foot, and both in the next one [s], the standing "
+    "foot (1 left, 2 right), how many steps are planned, this one included (0: it stands), whether the "
+    "weight begins midway (1 or 0)";
 
 inline Dim::Names step_names() {
     return std::vector<std::string>{
@@ -40,9 +40,8 @@ class StepBlock : public Block {
         if (const Status good = all_finite(at, footholds, step); !good) return good;
         if (!Step::read(at[step], now))
             return Status::failure(
-                "{element} is no step: a time, a duration or a count is below zero, a "
-                "count no whole number, stance neither 1 nor 2, or from_rest neither 0 nor "
-                "1; wire a FootstepPlanner",
+                "{element} is no step: a time, a duration or a count is below zero, a count no whole number, "
+                "stance neither 1 nor 2, or from_rest neither 0 nor 1; wire a FootstepPlanner",
                 step, -1);
         if (now.ahead + 2 > static_cast<int>(at[footholds].cols()) || at[footholds].cols() < 3)
             return Status::failure("the step plans {} steps, but there are {} footholds; wire those of the "

@@ -69,8 +69,7 @@ class SwingFoot final : public StepBlock {
                             .minimum = 0,
                             .maximum = 0.4,
                             .doc = "part of the single support, at its end, in which it sinks only, as "
-                                   "behind a step down; the planner's "
-                                   "freeze should be longer"}};
+                                   "behind a step down; the planner's freeze should be longer"}};
     Parameter<double> pitch{this,
                             "pitch",
                             {.initial = {0},
@@ -210,8 +209,7 @@ class DcmController final : public StepBlock {
                                   .above = 0,
                                   .unit = unit<"m/s">,
                                   .doc = "shift of the foothold that is as bad as a second by which it is "
-                                         "reached earlier or later; infinite: "
-                                         "steps keep their time"}};
+                                         "reached earlier or later; infinite: steps keep their time"}};
     Output<Vector3> com_ddot{
         this, "com_ddot", {.unit = unit<"m/s2">, .doc = "wanted acceleration of the centre of mass"}};
     Output<Vector3> vrp{this, "vrp", {.unit = unit<"m">, .doc = "virtual repellent point of that"}};
@@ -265,58 +263,42 @@ class DcmController final : public StepBlock {
 void add_walking(Library& library) {
     add_footsteps(library);
     library.group("walking")
-        .add<DcmPlanner>("DcmPlanner",
-                         "The wanted divergent component of motion (DCM) xi = c + c_dot/omega of a walk, "
-                         "omega = sqrt(9.81/height): "
-                         "xi_dot = omega (xi - r) with the virtual repellent point r `height` above the "
-                         "zero-moment point, "
-                         "which stays under each foot that stands "
-                         "alone and goes to the next at constant velocity while both stand. It is computed "
-                         "backwards from the "
-                         "rest after the last planned step, in closed "
-                         "form, in each step anew. "
-                         "Sources: J. Englsberger, C. Ott, A. Albu-Schäffer, Three-dimensional bipedal "
-                         "walking control based "
-                         "on divergent component of motion, "
-                         "2015; J. Englsberger, G. Mesesan, C. Ott, Smooth trajectory generation and "
-                         "push-recovery based on "
-                         "divergent component of motion, 2017. "
-                         "Errors: in a step, footholds and a step that are not those of a FootstepPlanner.")
+        .add<DcmPlanner>(
+            "DcmPlanner",
+            "The wanted divergent component of motion (DCM) xi = c + c_dot/omega of a walk, omega = "
+            "sqrt(9.81/height): xi_dot = omega (xi - r) with the virtual repellent point r `height` above "
+            "the zero-moment point, which stays under each foot that stands alone and goes to the next at "
+            "constant velocity while both stand. It is computed backwards from the rest after the last "
+            "planned step, in closed form, in each step anew. Sources: J. Englsberger, C. Ott, A. "
+            "Albu-Schäffer, Three-dimensional bipedal walking control based on divergent component of "
+            "motion, 2015; J. Englsberger, G. Mesesan, C. Ott, Smooth trajectory generation and "
+            "push-recovery based on divergent component of motion, 2017. Errors: in a step, footholds and a "
+            "step that are not those of a FootstepPlanner.")
         .add<SwingFoot>(
             "SwingFoot",
-            "The wanted motion of both soles. The one in the air goes to its foothold on the way "
-            "of least jerk, "
-            "from the motion that it has, so that the "
-            "foothold may move meanwhile; above that 64 x^3 (1-x)^3 apex, x the part of the "
-            "single support that "
-            "is over; its orientation turns about one axis by "
-            "10 x^3 - 15 x^4 + 6 x^5, and its toes hang by pitch x^3 (1-x)^5/((3/8)^3 (5/8)^5). "
-            "Of two levels of the ground it is at the higher one in the middle of the single support. "
-            "Velocity and acceleration are zero where it lifts off and touches down. "
-            "The other one rests. "
-            "Source: T. Flash, N. Hogan, The coordination of arm movements, 1985. "
-            "Errors: in a step, footholds and a step that are not those of a FootstepPlanner.")
+            "The wanted motion of both soles. The one in the air goes to its foothold on the way of least "
+            "jerk, from the motion that it has, so that the foothold may move meanwhile; above that 64 x^3 "
+            "(1-x)^3 apex, x the part of the single support that is over; its orientation turns about one "
+            "axis by 10 x^3 - 15 x^4 + 6 x^5, and its toes hang by pitch x^3 (1-x)^5/((3/8)^3 (5/8)^5). Of "
+            "two levels of the ground it is at the higher one in the middle of the single support. Velocity "
+            "and acceleration are zero where it lifts off and touches down. The other one rests. Source: T. "
+            "Flash, N. Hogan, The coordination of arm movements, 1985. Errors: in a step, footholds and a "
+            "step that are not those of a FootstepPlanner.")
         .add<DcmController>(
             "DcmController",
             "Acceleration of the centre of mass that leads the divergent component of motion xi = c + "
-            "c_dot/omega to its target: "
-            "r = xi - xi_dot_target/omega + gain/omega (xi - xi_target), com_ddot = omega^2 (c - r), with r "
-            "brought into the "
-            "hull of the soles that stand. What a push leaves of the error at the end of the single support, "
-            "after the zero-moment point has done what it can, goes to `shift` and `delay`: shift = (E - "
-            "what the "
-            "sole can do) / gamma with E = tau' e + (tau' - tau) (xi_target - r), tau = e^(omega t) for the "
-            "time t that is "
-            "left, tau' the same with the delay, and gamma = (1 - e^(-omega T))/(omega T) for a double "
-            "support T, where "
-            "|shift|^2 + (delay_cost/omega (tau'/tau - 1))^2 is least. "
-            "Sources: J. Englsberger et al., 2015, as in DcmPlanner; J. Pratt, J. Carff, S. Drakunov, A. "
-            "Goswami, "
-            "Capture point: a step toward humanoid push recovery, 2006; "
-            "M. Khadiv, A. Herzog, S. A. A. Moosavian, L. Righetti, Walking control based on step timing "
-            "adaptation, 2020. "
-            "Errors: in a step, an input that is not finite, footholds and a step that are not those of a "
-            "FootstepPlanner, a rectangle that ends before it begins.");
+            "c_dot/omega to its target: r = xi - xi_dot_target/omega + gain/omega (xi - xi_target), com_ddot "
+            "= omega^2 (c - r), with r brought into the hull of the soles that stand. What a push leaves of "
+            "the error at the end of the single support, after the zero-moment point has done what it can, "
+            "goes to `shift` and `delay`: shift = (E - what the sole can do) / gamma with E = tau' e + (tau' "
+            "- tau) (xi_target - r), tau = e^(omega t) for the time t that is left, tau' the same with the "
+            "delay, and gamma = (1 - e^(-omega T))/(omega T) for a double support T, where |shift|^2 + "
+            "(delay_cost/omega (tau'/tau - 1))^2 is least. Sources: J. Englsberger et al., 2015, as in "
+            "DcmPlanner; J. Pratt, J. Carff, S. Drakunov, A. Goswami, Capture point: a step toward humanoid "
+            "push recovery, 2006; M. Khadiv, A. Herzog, S. A. A. Moosavian, L. Righetti, Walking control "
+            "based on step timing adaptation, 2020. Errors: in a step, an input that is not finite, "
+            "footholds and a step that are not those of a FootstepPlanner, a rectangle that ends before it "
+            "begins.");
 }
 
 } // namespace bf::toolbox

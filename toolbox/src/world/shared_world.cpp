@@ -44,8 +44,8 @@ class World final : public Block {
                      "q",
                      {.shape = {nq},
                       .unit = mixed_units,
-                      .doc = "all positions of the world, by which it is drawn: for each body that floats "
-                             "x y z [m] and a quaternion w x y z, for each joint rad or m"}};
+                      .doc = "all positions of the world, by which it is drawn: for each body that floats x "
+                             "y z [m] and a quaternion w x y z, for each joint rad or m"}};
     Scratch<int> substeps{this, [] { return 1; }};
 
     void start(Now at) const override {
@@ -228,36 +228,30 @@ void add_shared_world(Library& library) {
             "World",
             "A MuJoCo physics world with several robots and objects, which an XML file lists. It is a "
             "resource: WorldRobot, WorldObject and Configuration in its subsystem and below find theirs in "
-            "it "
-            "by name, and however many they are the world advances once per period of this block, after all "
-            "have read and commanded. The period is a multiple of the time step in the file. "
-            "Everything touches everything else; a part without mass is fixed. "
-            "Source: E. Todorov, T. Erez, Y. Tassa, MuJoCo: a physics engine for model-based control, 2012. "
-            "Errors: what the file says wrong, with its line; two parts of one name; a motion that diverges "
-            "ends the run.")
+            "it by name, and however many they are the world advances once per period of this block, after "
+            "all have read and commanded. The period is a multiple of the time step in the file. Everything "
+            "touches everything else; a part without mass is fixed. Source: E. Todorov, T. Erez, Y. Tassa, "
+            "MuJoCo: a physics engine for model-based control, 2012. Errors: what the file says wrong, with "
+            "its line; two parts of one name; a motion that diverges ends the run.")
         .add<WorldRobot>(
             "WorldRobot",
             "One robot of the World around it now: what its joints measure, with noise, delays, dropouts and "
             "ticks, as GetMeasurement reads it, and where base and centre of mass truly are. True joint "
-            "positions are among `q` of the World. It is the robot that GetMeasurement, "
-            "GetSensor, "
+            "positions are among `q` of the World. It is the robot that GetMeasurement, GetSensor, "
             "GetLimits, SetReferences, SetLowLevelPID and SetMotorParameters in its subsystem and below use; "
             "references are held until the next ones. Each robot of a world has a subsystem of its own. "
             "Errors: a name that the world does not have.")
-        .add<WorldObject>("WorldObject",
-                          "Where an object of the World around it is, and how fast it moves, now. "
-                          "Errors: a name that the world does not have.")
-        .add<WorldPush>(
-            "WorldPush",
-            "A wrench from outside on a link of a robot in the World around the block. "
-            "Errors: a robot that the world does not have, a link that the file does not list among "
-            "push_links; a wrench that is not finite ends the run.")
+        .add<WorldObject>("WorldObject", "Where an object of the World around it is, and how fast it moves, "
+                                         "now. Errors: a name that the world does not have.")
+        .add<WorldPush>("WorldPush",
+                        "A wrench from outside on a link of a robot in the World around the block. Errors: a "
+                        "robot that the world does not have, a link that the file does not list among "
+                        "push_links; a wrench that is not finite ends the run.")
         .add<WorldActuator>(
             "WorldActuator",
-            "Drives an actuator that the MJCF of a robot brings and that belongs to none of the "
-            "controlled joints: the tendon of a gripper, a muscle. "
-            "Errors: a name that the world or the robot does not have; a signal that is not "
-            "finite ends the run.");
+            "Drives an actuator that the MJCF of a robot brings and that belongs to none of the controlled "
+            "joints: the tendon of a gripper, a muscle. Errors: a name that the world or the robot does not "
+            "have; a signal that is not finite ends the run.");
 }
 
 } // namespace bf::toolbox

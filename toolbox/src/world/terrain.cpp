@@ -22,10 +22,9 @@ Matrix read_boxes(const std::string& file) {
         const Eigen::Matrix3d turned = R.cwiseAbs();
         const bool is_parallel = (turned - turned.array().round().matrix()).cwiseAbs().maxCoeff() < 1e-6;
         if (object.mass || !is_parallel || (object.kind != Kind::box && object.kind != Kind::steps))
-            throw std::runtime_error(
-                object.where + ": object '" + object.name +
-                "' is no ground for level soles; give boxes and steps that are fixed and parallel to "
-                "the axes of the world");
+            throw std::runtime_error(object.where + ": object '" + object.name +
+                                     "' is no ground for level soles; give boxes and steps that are fixed "
+                                     "and parallel to the axes of the world");
         const auto add = [&](const Eigen::Vector3d& centre, const Eigen::Vector3d& edges) {
             boxes.emplace_back();
             boxes.back() << object.w_H_o.topRightCorner<3, 1>() + R * centre, turned * edges / 2;

@@ -62,11 +62,11 @@ class MujocoWorld final : public RobotBlock, public Differenced {
                                   .doc = "false: the base is fixed to the world, as that of a Configuration "
                                          "with a fixed base always is"}};
     Argument<bool> has_floor{this, "floor", {.initial = true, .doc = "ground plane z = 0"}};
-    Argument<std::string> terrain{this,
-                                  "terrain",
-                                  {.doc = "XML file of a world, as World reads it, on whose objects the feet "
-                                          "stand as on the floor; all without "
-                                          "mass, no robots; floor, step and gravity are not taken from it"}};
+    Argument<std::string> terrain{
+        this,
+        "terrain",
+        {.doc = "XML file of a world, as World reads it, on whose objects the feet stand as on the floor; "
+                "all without mass, no robots; floor, step and gravity are not taken from it"}};
     Argument<double> friction{
         this, "friction", {.initial = 1, .minimum = 0, .doc = "Coulomb friction of the ground"}};
     Argument<std::vector<double>> solref{
@@ -111,11 +111,9 @@ class MujocoWorld final : public RobotBlock, public Differenced {
     Argument<Matrix> position_gains{
         this,
         "position_gains",
-        {.doc =
-             "rows P I D of the loops behind control_type: Position, Position Direct and Velocity, in "
-             "Nm/rad, "
-             "Nm/(rad s), Nm s/rad; none: critical damping of 30 rad/s for the inertia that each joint sees "
-             "at the start"}};
+        {.doc = "rows P I D of the loops behind control_type: Position, Position Direct and Velocity, in "
+                "Nm/rad, Nm/(rad s), Nm s/rad; none: critical damping of 30 rad/s for the inertia that each "
+                "joint sees at the start"}};
     Argument<Matrix> torque_gains{this,
                                   "torque_gains",
                                   {.doc = "rows P I D of the loop behind control_type: Torque, in PWM per "
@@ -313,11 +311,10 @@ class MujocoWorld final : public RobotBlock, public Differenced {
         for (Eigen::Index i = 0; columns > 3 && i < contact_points->rows(); ++i) {
             const double foot = (*contact_points)(i, 0);
             if (foot != std::floor(foot) || foot < 1 || foot > static_cast<double>(feet->size()))
-                throw std::runtime_error(
-                    "row " + std::to_string(i + 1) +
-                    " of argument 'contact_points' begins with no number of a foot; they "
-                    "are counted from 1 to " +
-                    std::to_string(feet->size()));
+                throw std::runtime_error("row " + std::to_string(i + 1) +
+                                         " of argument 'contact_points' begins with no number of a foot; "
+                                         "they are counted from 1 to " +
+                                         std::to_string(feet->size()));
         }
         physics::WorldOptions options;
         options.urdf = robot->urdf;
@@ -381,26 +378,20 @@ void add_world(Library& library) {
     library.group("world").add<MujocoWorld>(
         "MujocoWorld",
         "The configured robot in a MuJoCo physics world, in lockstep: outputs are of now, those of joints as "
-        "GetMeasurement reads them, with noise and imperfections, the others true; the update "
-        "advances the world by the "
-        "block's period. "
-        "Inputs are held over the interval: joint torques `tau` [n], clamped to the URDF's effort limits, "
-        "and one wrench per push link. "
-        "It is also the robot that GetMeasurement, GetSensor, GetLimits and SetReferences around it use; "
-        "with `tau` unconnected it "
-        "follows what SetReferences sent last, by PID loops and motors whose gains SetLowLevelPID and "
-        "SetMotorParameters change in a run. The only contacts are those of the feet, or with touching: all "
-        "of the whole robot, with the floor z = 0 and the terrain, none between links; the start pose stands "
-        "on the feet. Before the first step, what is of the last interval (torques, accelerations, the "
-        "accelerometer, wrenches of feet and force/torque sensors) is that of motors without torque: a value "
-        "to tare with is one of a later step. An effort of 0 in the URDF, as exporters write it, is no "
-        "limit. "
-        "A link whose inertia no body can have receives the nearest possible one, and a moving one without "
-        "mass "
-        "a little, with a warning that names it. "
-        "Source: E. Todorov, T. Erez, Y. Tassa, MuJoCo: a physics engine for model-based control, 2012. "
-        "Errors: unknown frames, sensors or links; a torque or wrench that is not finite and a motion that "
-        "diverges end the run.");
+        "GetMeasurement reads them, with noise and imperfections, the others true; the update advances the "
+        "world by the block's period. Inputs are held over the interval: joint torques `tau` [n], clamped to "
+        "the URDF's effort limits, and one wrench per push link. It is also the robot that GetMeasurement, "
+        "GetSensor, GetLimits and SetReferences around it use; with `tau` unconnected it follows what "
+        "SetReferences sent last, by PID loops and motors whose gains SetLowLevelPID and SetMotorParameters "
+        "change in a run. The only contacts are those of the feet, or with touching: all of the whole robot, "
+        "with the floor z = 0 and the terrain, none between links; the start pose stands on the feet. Before "
+        "the first step, what is of the last interval (torques, accelerations, the accelerometer, wrenches "
+        "of feet and force/torque sensors) is that of motors without torque: a value to tare with is one of "
+        "a later step. An effort of 0 in the URDF, as exporters write it, is no limit. A link whose inertia "
+        "no body can have receives the nearest possible one, and a moving one without mass a little, with a "
+        "warning that names it. Source: E. Todorov, T. Erez, Y. Tassa, MuJoCo: a physics engine for "
+        "model-based control, 2012. Errors: unknown frames, sensors or links; a torque or wrench that is not "
+        "finite and a motion that diverges end the run.");
 }
 
 } // namespace bf::toolbox

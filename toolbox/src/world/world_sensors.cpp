@@ -111,9 +111,8 @@ class WorldContact final : public Block, public ContactSensor {
         else if (!with->empty())
             found.with = scene().frame(*with).body;
         if (found.with == found.frame.body)
-            throw std::runtime_error(
-                "argument 'with' names what the sensor is fixed to, which does not touch "
-                "itself; name another one, or none for all that touches it");
+            throw std::runtime_error("argument 'with' names what the sensor is fixed to, which does not "
+                                     "touch itself; name another one, or none for all that touches it");
         return found;
     }
 };
@@ -167,25 +166,22 @@ class WorldTactile final : public Block {
 void add_world_sensors(Library& library) {
     library.group("world")
         .add<WorldRays>("WorldRays",
-                        "A fan of rays, such as a lidar has: distances to what they meet, now, in the "
-                        "x-y plane of a frame that is fixed to a body of the World around the block. What is "
-                        "seen are the shapes that touch; those of the body itself are not. "
-                        "Errors: a body that the world does not have, a pose that is none.")
-        .add<WorldContact>(
-            "WorldContact",
-            "What touches a body of the World around the block, and with which wrench, as a sole or a finger "
-            "feels it. "
-            "Errors: a body that the world does not have, a pose that is none; more than 256 contacts at a "
-            "time in the world end the run.")
+                        "A fan of rays, such as a lidar has: distances to what they meet, now, in the x-y "
+                        "plane of a frame that is fixed to a body of the World around the block. What is "
+                        "seen are the shapes that touch; those of the body itself are not. Errors: a body "
+                        "that the world does not have, a pose that is none.")
+        .add<WorldContact>("WorldContact",
+                           "What touches a body of the World around the block, and with which wrench, as a "
+                           "sole or a finger feels it. Errors: a body that the world does not have, a pose "
+                           "that is none; more than 256 contacts at a time in the world end the run.")
         .add<WorldTactile>(
             "WorldTactile",
             "A rectangle of tactile cells on the face of a body in the World around the block. The normal "
             "force of each point of contact within goes to the four cells around it, by their distances, so "
             "that the sum of pressures times the area of a cell is the force that presses, and the centre of "
             "pressure is kept but for half a cell at the borders. Bodies touch in points: a box that lies "
-            "flat is felt at its corners. "
-            "Errors: a body that the world does not have, a pose that is none; more than 256 contacts at a "
-            "time in the world end the run.");
+            "flat is felt at its corners. Errors: a body that the world does not have, a pose that is none; "
+            "more than 256 contacts at a time in the world end the run.");
 }
 
 } // namespace bf::toolbox

@@ -268,9 +268,8 @@ BF_FMI_FUNCTION(fmi3SetUInt64,
                  size_t size),
                 call, set_values, {
                     if (instance.order.state() != bf::fmi::configuration)
-                        return instance.fail(
-                            "fmi3SetUInt64: structural parameters are set in the Configuration "
-                            "Mode (FMI 3.0, section 2.3.1)");
+                        return instance.fail("fmi3SetUInt64: structural parameters are set in the "
+                                             "Configuration Mode (FMI 3.0, section 2.3.1)");
                     const auto each = [&](auto&& f) {
                         return bf::generated::fmu3::for_each_structural(instance, "fmi3SetUInt64", references,
                                                                         count, size, f);

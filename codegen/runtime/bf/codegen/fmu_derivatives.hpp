@@ -17,11 +17,10 @@ inline bool are_differentiable(FmuInstance& instance, const char* function, cons
     if (!instance.tables().derivatives) return instance.fail("derivatives of this model are not known");
     for (const auto& e : elements)
         if (instance.tables().derivatives->places[e.variable] < 0) {
-            instance.message(
-                FmuInstance::Level::error, "logStatusError",
-                "%s: '%s' has no derivative: states, their derivatives, inputs, outputs and local "
-                "variables of 64 bits have one",
-                function, instance.variables.variable(std::uint32_t(e.variable))->name);
+            instance.message(FmuInstance::Level::error, "logStatusError",
+                             "%s: '%s' has no derivative: states, their derivatives, inputs, outputs and "
+                             "local variables of 64 bits have one",
+                             function, instance.variables.variable(std::uint32_t(e.variable))->name);
             return false;
         }
     if (elements.size() == values) return true;

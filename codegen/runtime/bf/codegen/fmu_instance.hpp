@@ -363,8 +363,7 @@ class FmuInstance : public FmuModel {
             if (!has_warned_)
                 message(Level::warning, "logStatusWarning",
                         "outputs were read before inputs or parameters of the same instant were written; "
-                        "these act one "
-                        "step later, as some blocks of the model cannot begin a step anew");
+                        "these act one step later, as some blocks of the model cannot begin a step anew");
             has_warned_ = true;
             return false;
         }

@@ -101,8 +101,7 @@ class HostedBlocks final : public BlocksInContext {
 
     static const char* is_another_version() {
         return "the block has other ports or sizes than the code was generated for; generate it again, with "
-               "the "
-               "arguments that were changed";
+               "the arguments that were changed";
     }
     void change(const std::string& path, const BlockClass& type, Arguments& arguments) const {
         for (const Entry& entry : changed_) {

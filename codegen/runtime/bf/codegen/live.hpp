@@ -41,9 +41,8 @@ class Live {
         realtime::ServerOptions served;
         served.where = options.where;
         served.is_controlled = options.is_controlled;
-        served.why_not_edited =
-            "this program is generated code, so edits change the file alone; generate and build it "
-            "anew, or run the model with bf run --editable";
+        served.why_not_edited = "this program is generated code, so edits change the file alone; generate "
+                                "and build it anew, or run the model with bf run --editable";
         if (!options.token.empty())
             if (const std::string wrong = realtime::read_token(options.token, served.token); !wrong.empty())
                 return wrong;

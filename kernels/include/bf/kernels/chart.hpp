@@ -110,8 +110,7 @@ Step<T, Element<N>> step_of(const T& table, const L& u, const N& time, const N& 
 }
 
 inline constexpr char failure[] =
-    "the chart does not come to rest: more than 200 microsteps in a step, or more "
-    "than 32 events that wait";
+    "the chart does not come to rest: more than 200 microsteps in a step, or more than 32 events that wait";
 
 } // namespace chart
 

@@ -83,9 +83,8 @@ template <class To, class From> constexpr bool fits(From x, Rounding rounding) n
 /// numbers. False for Overflow::error and an element that does not fit.
 struct Convert {
     static constexpr const char* name = "bf::kernels::Convert{}";
-    static constexpr char failure[] =
-        "a value does not fit the type it is converted to: bound it with a Saturate "
-        "block, or choose on_overflow: saturate";
+    static constexpr char failure[] = "a value does not fit the type it is converted to: bound it with a "
+                                      "Saturate block, or choose on_overflow: saturate";
     template <class T> static constexpr bool accepts = is_any<T>;
     template <class Y, class O, class U>
     constexpr bool operator()(const Y& y, const O& options, const U& u) const noexcept {

@@ -213,9 +213,8 @@ struct Prelookup {
 /// points of each dimension. False when a place is outside; y is 0 there.
 struct InterpolateAt {
     static constexpr const char* name = "bf::kernels::InterpolateAt{}";
-    static constexpr char failure[] =
-        "an index is outside the table: it must come from a Prelookup block with "
-        "as many points as the table has";
+    static constexpr char failure[] = "an index is outside the table: it must come from a Prelookup block "
+                                      "with as many points as the table has";
     template <class T> static constexpr bool accepts = is_real<T>;
     template <class Y, class N, class V, class L>
     bool operator()(const Y& y, const N& sizes, const V& table, const L& places) const noexcept {

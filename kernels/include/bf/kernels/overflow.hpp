@@ -76,9 +76,8 @@ struct BoundedGain {
 /// y = u_0^±1 u_1^±1 …, held after each operand; see ElementProduct. y is none of the operands.
 struct BoundedProduct {
     static constexpr const char* name = "bf::kernels::BoundedProduct{}";
-    static constexpr char failure[] =
-        "the product leaves the range of its type: scale the signals, look for a "
-        "division by zero, or choose on_overflow: saturate";
+    static constexpr char failure[] = "the product leaves the range of its type: scale the signals, look for "
+                                      "a division by zero, or choose on_overflow: saturate";
     template <class T> static constexpr bool accepts = is_number<T>;
     template <class Y, class O, class E, class L>
     constexpr bool operator()(const Y& y, const O& stops, const E& exponents, const L& u) const noexcept {

@@ -91,14 +91,12 @@ inline constexpr const char* subscribe_transform_doc =
     "The pose of the frame `source` in the frame `target` as /tf and /tf_static tell it, along the tree of "
     "frames, at the newest time that all moving frames in between have; at that time the pose of each is "
     "interpolated between the stamps around, as tf2 does it: positions linearly, orientations by slerp. Of "
-    "each "
-    "frame 10 s are kept. Another thread listens and follows the tree, and a step takes what was found "
+    "each frame 10 s are kept. Another thread listens and follows the tree, and a step takes what was found "
     "last. While none is found, `valid` is false and the last one stays. A frame has the parent of its "
-    "newest "
-    "stamp, and one that changes between parents three times within 10 s has two of them. A stamp that is "
-    "more than 1 s older than one before of the same frame, or a clock that goes back, says that time has "
-    "jumped back: what "
-    "moves is forgotten then. Errors: not found within start_timeout; in a step: it is older than timeout.";
+    "newest stamp, and one that changes between parents three times within 10 s has two of them. A stamp "
+    "that is more than 1 s older than one before of the same frame, or a clock that goes back, says that "
+    "time has jumped back: what moves is forgotten then. Errors: not found within start_timeout; in a step: "
+    "it is older than timeout.";
 
 /// The pose of a frame in another one.
 class SubscribeTransformBlock : public Block {

@@ -65,8 +65,8 @@ inline std::vector<std::string> prepare_thread(const ThreadOptions& options) {
         if (const int error = ::pthread_setaffinity_np(::pthread_self(), sizeof set, &set))
             refused.push_back("processor " + std::to_string(options.cpu) + " was refused (" +
                               std::strerror(error) +
-                              "): name one of those that 'nproc' counts, from 0, and "
-                              "that the process may use ('taskset -p $$')");
+                              "): name one of those that 'nproc' counts, from 0, and that the process may "
+                              "use ('taskset -p $$')");
     }
     if (options.priority > 0) {
         sched_param parameter{};

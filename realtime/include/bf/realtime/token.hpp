@@ -80,8 +80,8 @@ inline std::string read_token(const std::string& file, std::string& token, const
     token.assign(bytes, static_cast<std::size_t>(count));
     while (!token.empty() && (token.back() == '\n' || token.back() == '\r')) token.pop_back();
     const bool is_plain =
-        token.find_first_not_of("0123456789abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
-                                "-._~") == std::string::npos;
+        token.find_first_not_of("0123456789abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ-._~") ==
+        std::string::npos;
     if (token.size() < 16 || token.size() > 255 || !is_plain)
         return wrong("needs one line of 16 to 255 letters, digits and -._~; " + remedy);
     return "";

@@ -16,7 +16,9 @@ namespace bf::ros1 {
 Address master_of_environment() {
     const char* uri = std::getenv("ROS_MASTER_URI");
     Address its{"localhost", 11311};
-    if (uri != nullptr && !ros::network::splitURI(uri, its.host, its.port))
+    constexpr std::uint32_t last_port = 65535;
+    if (uri != nullptr &&
+        (!ros::network::splitURI(uri, its.host, its.port) || its.port == 0 || its.port > last_port))
         throw std::runtime_error("ROS_MASTER_URI is '" + std::string(uri) +
                                  "'; write it as http://localhost:11311");
     return its;

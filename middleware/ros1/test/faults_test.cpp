@@ -86,7 +86,8 @@ TEST_F(Ros1Faults, AMasterThatHasStoppedAnsweringHoldsUpNoEnd) {
 /// roscpp itself ends the program there.
 TEST_F(Ros1Faults, AnAddressOfTheMasterThatIsNoneIsRefused) {
     const std::string right = std::getenv("ROS_MASTER_URI");
-    for (const std::string wrong : {"", "junk", "https://localhost:11311", "http://localhost"}) {
+    for (const std::string wrong : {"", "junk", "https://localhost:11311", "http://localhost",
+                                    "http://localhost:99999", "http://[::1]:11311"}) {
         setenv("ROS_MASTER_URI", wrong.c_str(), 1);
         expect_contains(
             refusal("model: m\nplugins: [Ros1]\nstep: 0.01\nblocks:\n  node: {block: Ros1/Node}\n"),

@@ -126,6 +126,10 @@ class TopicRobot final : public toolbox::RobotConnection {
         wait_until(std::min(end, now() + topics_->longest_search()),
                    [&] { return std::ranges::any_of(outputs_, is_heard); });
         wait_until(std::min(end, now() + 0.3), [&] { return std::ranges::all_of(outputs_, is_heard); });
+        const auto is_awaited = [&](const auto& each) {
+            return !is_heard(each) && topics_->has_listener(each.second.topic);
+        };
+        wait_until(end, [&] { return std::ranges::none_of(outputs_, is_awaited); });
         sent_.setZero(n_);
         std::string other;
         const auto is_alone = [&] { return (other = topics_->other_driver()).empty(); };

@@ -209,11 +209,11 @@ Publisher::~Publisher() {
     });
 }
 
-std::string Node::resolve(const std::string& service) const {
+std::string Node::resolve(const std::string& name) const {
     try {
-        return handle_->resolveName(service);
+        return handle_->resolveName(name);
     } catch (const ros::Exception& error) {
-        throw std::runtime_error("service '" + service + "': " + error.what());
+        throw std::runtime_error("'" + name + "': " + error.what());
     }
 }
 
@@ -233,14 +233,15 @@ std::shared_ptr<Publisher> Node::advertise(const TopicOptions& topic) {
     return std::make_shared<Publisher>(std::move(publisher));
 }
 
-std::string Node::other_publisher(const std::vector<std::string>& topics) {
+std::string Node::other(Side side, const std::vector<std::string>& topics) {
     XmlRpc::XmlRpcValue arguments;
     arguments[0] = ros::this_node::getName();
     // [publishers, subscribers, services], each a list of [name, [node, ...]]
     auto state = ask(master(), "getSystemState", arguments, 5);
     try {
-        for (int i = 0; state && i < (*state)[0].size(); ++i) {
-            auto& topic = (*state)[0][i];
+        const int list = static_cast<int>(side);
+        for (int i = 0; state && i < (*state)[list].size(); ++i) {
+            auto& topic = (*state)[list][i];
             if (std::ranges::find(topics, static_cast<std::string>(topic[0])) == topics.end()) continue;
             for (int k = 0; k < topic[1].size(); ++k)
                 if (const auto name = static_cast<std::string>(topic[1][k]);

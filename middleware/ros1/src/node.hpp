@@ -86,11 +86,13 @@ class Node final : public Connection {
                                           std::function<void(const std::string&)> refused,
                                           std::function<void(const std::string&)> sent = nullptr);
     /// The whole name of what is called so in the node's namespace. Throws std::runtime_error.
-    std::string resolve(const std::string& service) const;
+    std::string resolve(const std::string& name) const;
     std::shared_ptr<Publisher> advertise(const TopicOptions& topic);
-    /// Another node that runs and sends to one of these topics, which have their whole names; empty: none
-    /// does.
-    static std::string other_publisher(const std::vector<std::string>& topics);
+    /// As the master lists them.
+    enum class Side : std::uint8_t { publisher, subscriber };
+    /// Another node that runs and is at that side of one of these topics, which have their whole names;
+    /// empty: none is, or the master does not say.
+    static std::string other(Side side, const std::vector<std::string>& topics);
     /// Calls `answer(request, response)` in the node's thread for each call, as long as somebody has what is
     /// returned.
     std::shared_ptr<ros::ServiceServer> offer(const std::string& name, const ServiceType& type,

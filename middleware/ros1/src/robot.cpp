@@ -127,8 +127,11 @@ class Topics final : public middleware::RobotTopics {
                                                    const std::vector<std::string>& joints) override {
         return driving(std::make_unique<Ways>(node_, topic, joints));
     }
+    bool has_listener(const std::string& topic) override {
+        return !Node::other(Node::Side::subscriber, {node_.resolve(topic)}).empty();
+    }
     std::string other_driver() override {
-        auto other = Node::other_publisher(driven_);
+        auto other = Node::other(Node::Side::publisher, driven_);
         // The master has others to answer.
         if (!other.empty()) std::this_thread::sleep_for(std::chrono::milliseconds(50));
         return other;

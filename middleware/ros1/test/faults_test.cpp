@@ -64,8 +64,8 @@ TEST_F(Ros1Faults, AMasterThatHasStoppedAnsweringHoldsUpNoEnd) {
     const Folder folder;
     const std::string recording = folder.path / "r.mcap";
     const int port = free_port();
-    Program master({"/usr/bin/python3", "/usr/bin/rosmaster", "--core", "-p", std::to_string(port)});
-    for (int tries = 0; tries < 3000 && !answers(port); ++tries) usleep(10'000);
+    Program master(master_at(port));
+    ASSERT_TRUE(waits_for_answers(port));
     Program run(
         {BF_PROGRAM, "run",
          folder.write("m.yaml", "model: m\nplugins: [Ros1]\nstep: 0.01\nblocks:\n  node: {block: Ros1/Node}\n"

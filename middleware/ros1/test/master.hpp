@@ -63,6 +63,16 @@ class Peer : public Program {
     }
 };
 
+inline bool has_master() { return Peer::is_there() && access("/usr/bin/rosmaster", X_OK) == 0; }
+inline std::vector<std::string> master_at(int port) {
+    return {"/usr/bin/python3", "/usr/bin/rosmaster", "--core", "-p", std::to_string(port)};
+}
+inline bool waits_for_answers(int port) {
+    for (int tries = 0; tries < 3000; ++tries, usleep(10'000))
+        if (answers(port)) return true;
+    return false;
+}
+
 /// Steps until it is so; false: it never was.
 inline bool steps_until(toolbox::test::Running& run, const std::function<bool()>& is_so) {
     for (int k = 0; k < 5000; ++k, usleep(1000)) {
@@ -76,8 +86,7 @@ inline bool steps_until(toolbox::test::Running& run, const std::function<bool()>
 class WithMaster : public ::testing::Test {
   protected:
     void SetUp() override {
-        if (!Peer::is_there() || access("/usr/bin/rosmaster", X_OK) != 0)
-            GTEST_SKIP() << "there is no rosmaster";
+        if (!has_master()) GTEST_SKIP() << "there is no rosmaster";
         static const std::unique_ptr<Program> master = start();
         ASSERT_TRUE(master) << "rosmaster does not start";
     }
@@ -87,11 +96,8 @@ class WithMaster : public ::testing::Test {
         const int port = free_port();
         setenv("ROS_MASTER_URI", ("http://127.0.0.1:" + std::to_string(port)).c_str(), 1);
         setenv("ROS_IP", "127.0.0.1", 1);
-        auto master = std::make_unique<Program>(std::vector<std::string>{
-            "/usr/bin/python3", "/usr/bin/rosmaster", "--core", "-p", std::to_string(port)});
-        for (int tries = 0; tries < 3000; ++tries, usleep(10'000))
-            if (answers(port)) return master;
-        return nullptr;
+        auto master = std::make_unique<Program>(master_at(port));
+        return waits_for_answers(port) ? std::move(master) : nullptr;
     }
 };
 

@@ -53,6 +53,8 @@ class RobotTopics {
                                                const std::vector<std::string>& joints) = 0;
     /// How long nobody may be known to listen to commands, though somebody does, s.
     virtual double longest_search() const noexcept { return 0; }
+    /// Is somebody known to listen to that topic of commands, connected to it or on his way?
+    virtual bool has_listener(const std::string&) { return false; }
     /// Another node that sends to one of the topics of commands; empty: none does.
     virtual std::string other_driver() { return ""; }
     /// Why what came is not taken, such as who sends another type, or why the robot did no step; empty:

@@ -157,7 +157,7 @@ bool RemoteConnection::refresh() noexcept {
             return fail("its time jumped ahead from t = %.3f s to t = %.3f s; start this run anew",
                         *ahead_from_, time());
         const bool is_due = !options_.follows || time() >= due;
-        if (is_due && silence() < options_.timeout) return true;
+        if (is_due && age() < options_.timeout) return true;
         if (!is_fitting()) return false;
         if (link_->is_gone())
             return fail("%s %s; the last state is of t = %g s", server_.c_str(), link_->how_gone(), time());
@@ -165,8 +165,8 @@ bool RemoteConnection::refresh() noexcept {
             return fail("its time went back from t = %g s to t = %g s, so it has begun again; start this run "
                         "anew",
                         *back_from_, time());
-        if (silence() > options_.timeout || now() - began > options_.timeout) {
-            const double silent = std::max(silence(), options_.follows ? now() - began : 0);
+        if (age() > options_.timeout || now() - began > options_.timeout) {
+            const double silent = std::max(age(), options_.follows ? now() - began : 0);
             ErrorText why;
             link_->say_left_out(why);
             return why[0] != '\0'
@@ -215,8 +215,12 @@ bool RemoteConnection::is_still_ours() noexcept {
         }
         return fail("it refuses something for a reason that this program does not know");
     }
-    if (is_driven_)
+    if (is_driven_ && robot_.process > 0)
         return fail("its server has taken the joints back, since no command came for %g s", robot_.watchdog);
+    if (is_driven_)
+        return fail("its joints were taken back, since no step came for %g s; look whether steps waited for "
+                    "its states, and raise silence or take the clock own",
+                    robot_.watchdog);
     return true;
 }
 
@@ -243,7 +247,8 @@ void RemoteConnection::to_robot(const Eigen::Ref<const Eigen::VectorXd>& values,
 bool RemoteConnection::read(Measurement what, Eigen::Ref<Eigen::VectorXd> values) noexcept {
     if (!begin_step()) return false;
     const int kind = static_cast<int>(what);
-    if (!(robot_.measurements >> kind & 1)) return fail("it measures no %s", measurement_names[kind]);
+    if (!(robot_.measurements >> kind & 1))
+        return fail("it measures no %s; let it tell them, or read something else", measurement_names[kind]);
     from_robot(&state_[static_cast<std::size_t>(at_.measurement(what))], values);
     if (what != Measurement::joint_position && what != Measurement::joint_velocity) return true;
     for (Eigen::Index i = 0; i < values.size(); ++i) // which no robot lacks

@@ -24,6 +24,7 @@ void ToldJoints::clear() {
     names_.clear();
     places_.clear();
     left_out_at_ = never;
+    tellers_ = std::vector<Turns>(joints_.size());
 }
 
 void ToldJoints::take(const JointStates& states, bool stamps_go_on) {
@@ -47,6 +48,13 @@ void ToldJoints::take(const JointStates& states, bool stamps_go_on) {
     for (std::size_t i = 0; i < names_.size(); ++i) {
         const Eigen::Index at = places_[i];
         if (at < 0) continue;
+        if (auto& tellers = tellers_[static_cast<std::size_t>(at)]; states.from != 0) {
+            tellers.sent(states.from);
+            if (tellers.are_two()) {
+                leave_out("two programs tell of '%s' by turns; end one of them", names_[i].c_str());
+                continue;
+            }
+        }
         const auto has = [i](std::span<const double> from) {
             return i < from.size() && std::isfinite(from[i]);
         };

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "bf/middleware/topic_robot.hpp"
+#include "bf/middleware/turns.hpp"
 
 #include <Eigen/Core>
 #include <limits>
@@ -55,6 +56,7 @@ class ToldJoints {
     double left_out_at_ = never;       ///< when that was, s
     Eigen::VectorXd position_, velocity_, effort_, came_;
     Eigen::Array<bool, Eigen::Dynamic, 1> has_velocity_, has_effort_; ///< of each joint, so far
+    std::vector<Turns> tellers_;                                      ///< of each joint
     double stamp_ = 0;
 };
 

@@ -314,7 +314,7 @@ class TopicEnd final : public RobotEnd {
         std::swap(path_, next_path_);
         has_path_ = false;
         is_following_ = true;
-        path_->begin(time_, is_ours_ && mode_ == ControlMode::position_direct ? references_ : measured_);
+        path_->begin(time_, measured_);
         follow();
         ++messages_;
         return true;
@@ -375,17 +375,6 @@ class TopicEnd final : public RobotEnd {
 };
 
 } // namespace
-
-void Drivers::sent(std::uint64_t who) noexcept {
-    constexpr double soon = 1; // s
-    const double time = now();
-    if (who != newest_) {
-        if (who == before_ && time - before_sent_ < soon) are_two_ = true;
-        before_ = std::exchange(newest_, who);
-        before_sent_ = newest_sent_;
-    }
-    newest_sent_ = time;
-}
 
 std::unique_ptr<RobotEnd> make_topic_end(std::string name, std::unique_ptr<ServedTopics> topics,
                                          const RobotCommandTopics& commands, bool waits) {

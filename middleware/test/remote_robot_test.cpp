@@ -19,8 +19,9 @@ namespace {
 /// millisecond in each state, from some state on by some milliseconds ahead of that, until it stands still.
 class ClockLink final : public RobotLink {
   public:
-    explicit ClockLink(int is_ahead_from, int ahead = 5, int states = 1'000'000, double speed = 0)
-        : is_ahead_from_(is_ahead_from), ahead_(ahead), all_(states), speed_(speed) {}
+    explicit ClockLink(int is_ahead_from, int ahead = 5, int states = 1'000'000, double speed = 0,
+                       double ageing = 0)
+        : is_ahead_from_(is_ahead_from), ahead_(ahead), all_(states), speed_(speed), ageing_(ageing) {}
     RobotDescription start(double) override {
         RobotDescription robot;
         robot.joints = {"knee"};
@@ -38,6 +39,7 @@ class ClockLink final : public RobotLink {
         const int ms = step + (step >= is_ahead_from_ ? ahead_ : 0);
         state[RobotLayout::time] = 1'795'000'000 + ms / 1000 + ms % 1000 * 1'000'000 / 1e9;
         state[RobotLayout::state_head + 1] = speed_;
+        state[RobotLayout::age] = step * ageing_;
         stamp = {static_cast<std::uint64_t>(++states_), now()};
         return true;
     }
@@ -50,7 +52,7 @@ class ClockLink final : public RobotLink {
 
   private:
     const int is_ahead_from_, ahead_, all_;
-    const double speed_;
+    const double speed_, ageing_; ///< the latter in s for each state
     int states_ = 0;
     const std::string name_ = "clock";
 };
@@ -211,6 +213,17 @@ TEST(RemoteConnection, SaysWhichMeasurementIsNotFinite) {
                           " of 'knee'; look at what it measures");
         }
     }
+}
+
+TEST(RemoteConnection, EndsWhereStatesComeOfWhatWasMeasuredLongAgo) {
+    RemoteConnection robot(std::make_unique<ClockLink>(2000, 5, 1'000'000, 0, 0.1),
+                           {.joints = {"knee"}, .timeout = 0.95});
+    robot.set_period(0.001);
+    robot.start();
+    int steps = 0;
+    for (; steps < 100 && robot.begin_step(); ++steps) robot.end_step();
+    EXPECT_EQ(steps, 10) << "of which the first two are of one state";
+    EXPECT_EQ(std::string(robot.error()).substr(0, 20), "clock: no state for ");
 }
 
 /// Steps come as fast as they can, where the robot's time is ahead of them.

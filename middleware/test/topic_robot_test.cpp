@@ -5,6 +5,7 @@
 #include "bf/middleware/threaded_robot.hpp"
 #include "bf/middleware/topic_end.hpp"
 #include "bf/middleware/topic_robot.hpp"
+#include "bf/middleware/turns.hpp"
 
 #include <algorithm>
 #include <atomic>
@@ -37,8 +38,8 @@ struct Network {
     std::function<void()> go_on = [] {}; ///< by a step, where it stands still otherwise
 
     void tell(const std::vector<std::string>& names, const Numbers& position, const Numbers& velocity,
-              const Numbers& effort, double stamp = 0) const {
-        states({names, position, velocity, effort, stamp});
+              const Numbers& effort, double stamp = 0, std::uint64_t from = 0) const {
+        states({names, position, velocity, effort, stamp, from});
     }
 };
 
@@ -225,6 +226,28 @@ TEST(TopicRobot, TakesWhatWasNeverTold) {
     rest(0.2);
     robot.network.tell({"knee"}, {3}, {}, {});
     EXPECT_EQ(robot.left_out(), "what came told nothing of 'hip'");
+}
+
+TEST(TopicRobot, TakesNoStateOfAJointOfWhichTwoProgramsTellByTurns) {
+    Driven robot(well);
+    robot.driver.robot->start();
+    const auto tell = [&](const char* joint, double position, std::uint64_t from) {
+        robot.network.tell({joint}, {position}, {0}, {0}, 0, from);
+    };
+    for (int k = 0; k < 3; ++k) {
+        tell("hip", k, 7);
+        tell("knee", k, 8);
+    }
+    EXPECT_EQ(robot.read(Measurement::joint_position), Eigen::Vector2d(2, 2)) << "each joint has one";
+    tell("hip", 3, 9); // as after a restart
+    tell("hip", 4, 9);
+    EXPECT_EQ(robot.read(Measurement::joint_position), Eigen::Vector2d(4, 2));
+    rest(0.01);
+    tell("knee", 5, 8);
+    tell("hip", 5, 7);
+    EXPECT_EQ(robot.left_out(),
+              "what came was left out: two programs tell of 'hip' by turns; end one of them");
+    EXPECT_EQ(robot.read(Measurement::joint_position), Eigen::Vector2d(4, 5));
 }
 
 TEST(TopicRobot, SaysAtItsStartWhatWasLeftOut) {
@@ -419,6 +442,20 @@ TEST_P(TopicEndOf, FollowsATrajectoryByAReferenceInEachStep) {
     EXPECT_EQ(end->counts().rejected, 1);
 }
 
+/// References that came before were not reached yet.
+TEST_P(TopicEndOf, BeginsATrajectoryWhereTheJointsAre) {
+    topics.references.at("position")(Numbers{1});
+    ASSERT_TRUE(takes());
+    EXPECT_EQ(command[RobotLayout::command_head], 1);
+    state[RobotLayout::owner] = command[RobotLayout::session];
+    state[RobotLayout::time] = 0.25;
+    state[static_cast<std::size_t>(at.measurement(Measurement::joint_position))] = 0.1;
+    end->show_state(state.data(), 0);
+    topics.trajectories({{"hip"}, {{1, {0.2}, {}}}});
+    ASSERT_TRUE(takes());
+    EXPECT_NEAR(command[RobotLayout::command_head], 0.125, 1e-12);
+}
+
 /// As the host does from one that was silent.
 TEST_P(TopicEndOf, HasWhomItWasTakenFromLeaveNoSecondTime) {
     topics.references.at("effort")(Numbers{1});
@@ -505,8 +542,8 @@ TEST(TopicRobot, IsNotDrivenByTwo) {
     EXPECT_EQ(later.refusal(), "") << "it waits until the other one has ended";
 }
 
-TEST(Drivers, AreTwoWhereOneSendsBetweenCommandsOfAnother) {
-    Drivers one, then, both;
+TEST(Turns, AreTwoWhereOneSendsBetweenCommandsOfAnother) {
+    Turns one, then, both;
     for (int k = 0; k < 10; ++k) one.sent(1);
     for (int k = 0; k < 10; ++k) then.sent(k < 5 ? 1 : 2);
     EXPECT_FALSE(one.are_two());

@@ -1,5 +1,6 @@
 // A robot of ours that programs of ROS 1 drive.
 #include "bf/middleware/topic_end.hpp"
+#include "bf/middleware/turns.hpp"
 #include "draft.hpp"
 #include "master.hpp"
 #include "robot.hpp"
@@ -130,9 +131,7 @@ class ServedTopics final : public middleware::ServedTopics {
     }
     /// The master ends a node when another one of its name comes.
     bool has_double() const noexcept override { return !ros::ok(); }
-    bool has_two_drivers() const noexcept override {
-        return std::ranges::any_of(drivers_, [](const auto& each) { return each->are_two(); });
-    }
+    bool has_two_drivers() const noexcept override { return drivers_.are_two(); }
 
   private:
     struct Sensor {
@@ -148,8 +147,7 @@ class ServedTopics final : public middleware::ServedTopics {
                 taken(*type, message);
             },
             [this](const std::string&) { ++strangers_; },
-            [drivers = drivers_.emplace_back(std::make_shared<middleware::Drivers>())](
-                const std::string& who) { drivers->sent(std::hash<std::string>()(who)); }));
+            [this](const std::string& who) { drivers_.sent(std::hash<std::string>()(who)); }));
     }
     template <class F> void offer(const std::string& name, const char* type, F&& answer) {
         const auto its = ServiceType::find(type);
@@ -194,7 +192,7 @@ class ServedTopics final : public middleware::ServedTopics {
     std::shared_ptr<Publisher> joints_, clock_;
     std::vector<Sensor> wrenches_, imus_;
     std::vector<std::shared_ptr<ros::Subscriber>> commands_;
-    std::vector<std::shared_ptr<middleware::Drivers>> drivers_; ///< of each of them
+    middleware::Turns drivers_; ///< who send to any of them
     std::vector<std::shared_ptr<ros::ServiceServer>> services_;
     std::atomic<int> strangers_{0};
 };

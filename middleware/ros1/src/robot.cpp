@@ -82,14 +82,17 @@ class Topics final : public middleware::RobotTopics {
 
     std::shared_ptr<void> hear_states(const std::string& topic,
                                       std::function<void(const JointStates&)> taken) override {
-        return hear(topic, "sensor_msgs/JointState",
-                    [taken = std::move(taken)](const MessageType& type, const Message& message) {
-                        const auto names = texts_of(type.value(message, "name"));
-                        const auto position = numbers(type, message, "position"),
-                                   velocity = numbers(type, message, "velocity"),
-                                   effort = numbers(type, message, "effort");
-                        taken({names, position, velocity, effort, stamp(type, message)});
-                    });
+        const auto from = std::make_shared<std::uint64_t>();
+        return hear(
+            topic, "sensor_msgs/JointState",
+            [taken = std::move(taken), from](const MessageType& type, const Message& message) {
+                const auto names = texts_of(type.value(message, "name"));
+                const auto position = numbers(type, message, "position"),
+                           velocity = numbers(type, message, "velocity"),
+                           effort = numbers(type, message, "effort");
+                taken({names, position, velocity, effort, stamp(type, message), *from});
+            },
+            [from](const std::string& who) { *from = std::hash<std::string>()(who); });
     }
     std::shared_ptr<void> hear_wrenches(
         const std::string& topic,
@@ -198,12 +201,13 @@ class Topics final : public middleware::RobotTopics {
         refusal_ = why;
     }
     std::shared_ptr<void> hear(const std::string& topic, const char* name,
-                               std::function<void(const MessageType&, const Message&)> taken) {
+                               std::function<void(const MessageType&, const Message&)> taken,
+                               std::function<void(const std::string&)> sent = nullptr) {
         const auto type = MessageType::find(name);
         return node_.hear(
             {topic, type, 1},
             [type, taken = std::move(taken)](const Message& message) { taken(*type, message); },
-            [this](const std::string& why) { tell(why); });
+            [this](const std::string& why) { tell(why); }, std::move(sent));
     }
     static double stamp(const MessageType& type, const Message& message) {
         return numbers(type, message, "header.stamp")[0];

@@ -2,6 +2,7 @@
 
 #include "bf/middleware/fields.hpp"
 #include "bf/middleware/topic_end.hpp"
+#include "bf/middleware/turns.hpp"
 #include "messages.hpp"
 
 #include <algorithm>
@@ -38,7 +39,7 @@ class ServedTopics final : public middleware::ServedTopics {
                 const auto& data = static_cast<const messages::Numbers*>(message)->data;
                 taken({data.data, data.size});
             },
-            new_drivers()));
+            is_sent()));
     }
     void hear_trajectories(const std::string& topic,
                            std::function<void(const middleware::JointTrajectory&)> taken) override {
@@ -59,7 +60,7 @@ class ServedTopics final : public middleware::ServedTopics {
                 }
                 taken(to);
             },
-            new_drivers()));
+            is_sent()));
     }
     void offer(const std::string& name, std::function<std::string(bool&)> answer) override {
         services_.push_back(messages::serve(node_, "~/" + name, std::move(answer)));
@@ -111,21 +112,18 @@ class ServedTopics final : public middleware::ServedTopics {
         return all;
     }
     bool has_double() const noexcept override { return joints_->others() > 0; }
-    bool has_two_drivers() const noexcept override {
-        return std::ranges::any_of(drivers_, [](const auto& each) { return each->are_two(); });
-    }
+    bool has_two_drivers() const noexcept override { return drivers_->are_two(); }
 
   private:
-    std::function<void(std::uint64_t)> new_drivers() {
-        drivers_.push_back(std::make_shared<middleware::Drivers>());
-        return [its = drivers_.back()](std::uint64_t who) { its->sent(who); };
+    std::function<void(std::uint64_t)> is_sent() const {
+        return [its = drivers_](std::uint64_t who) { its->sent(who); };
     }
     Node node_;
     std::vector<std::string> wrench_names_, imu_names_;
     std::shared_ptr<Publisher> joints_, clock_;
     std::vector<std::shared_ptr<Publisher>> wrenches_, imus_;
     std::vector<std::shared_ptr<Subscription>> commands_;
-    std::vector<std::shared_ptr<middleware::Drivers>> drivers_; ///< of each of them
+    const std::shared_ptr<middleware::Turns> drivers_ = std::make_shared<middleware::Turns>(); ///< of all
     std::vector<std::shared_ptr<Service>> services_;
     std::shared_ptr<messages::JointState> joint_ =
         messages::make<messages::JointState>(messages::joint_state());

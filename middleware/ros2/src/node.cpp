@@ -183,9 +183,10 @@ void Subscription::add_to(rcl_wait_set_t& set) {
 void Subscription::take() {
     rmw_message_info_t info = rmw_get_zero_initialized_message_info();
     while (rcl_take(&handle_, message_.get(), &info, nullptr) == RCL_RET_OK) {
-        const std::string_view writer(reinterpret_cast<const char*>(info.publisher_gid.data),
-                                      sizeof info.publisher_gid.data);
-        if (sent_) sent_(std::hash<std::string_view>()(writer));
+        // The numbers of all that a program has in DDS begin alike: GuidPrefix_t, RTPS 2.5, 8.2.4.
+        constexpr std::size_t prefix = 12;
+        const std::string_view program(reinterpret_cast<const char*>(info.publisher_gid.data), prefix);
+        if (sent_) sent_(std::hash<std::string_view>()(program));
         taken_(message_.get());
     }
     rcl_reset_error();

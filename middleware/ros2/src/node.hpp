@@ -73,8 +73,8 @@ struct MessageMemory {
 
 class Subscription final : public Awaited {
   public:
-    /// `taken` is called in the waiting thread for each message, behind `sent` with a number of who has sent
-    /// it; they own all that they use.
+    /// `taken` is called in the waiting thread for each message, behind `sent` with a number of the program
+    /// that has sent it; they own all that they use.
     Subscription(std::shared_ptr<Context> context, const MessageMemory& type, const std::string& topic,
                  const Quality& quality, std::function<void(const void*)> taken,
                  std::function<void(std::uint64_t)> sent);

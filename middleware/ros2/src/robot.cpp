@@ -91,9 +91,10 @@ class Topics final : public middleware::RobotTopics {
 
     std::shared_ptr<void> hear_states(const std::string& topic,
                                       std::function<void(const JointStates&)> taken) override {
+        const auto from = std::make_shared<std::uint64_t>();
         return hear<messages::JointState>(
             messages::joint_state(), topic,
-            [names = std::vector<std::string>(), taken = std::move(taken)](const auto& state) mutable {
+            [names = std::vector<std::string>(), taken = std::move(taken), from](const auto& state) mutable {
                 const auto is_same = [](const std::string& name, const rosidl_runtime_c__String& its) {
                     return name == its.data;
                 };
@@ -106,8 +107,10 @@ class Topics final : public middleware::RobotTopics {
                        {state.position.data, state.position.size},
                        {state.velocity.data, state.velocity.size},
                        {state.effort.data, state.effort.size},
-                       messages::seconds(state.header.stamp)});
-            });
+                       messages::seconds(state.header.stamp),
+                       *from});
+            },
+            [from](std::uint64_t who) { *from = who; });
     }
     std::shared_ptr<void> hear_wrenches(
         const std::string& topic,
@@ -177,10 +180,14 @@ class Topics final : public middleware::RobotTopics {
 
   private:
     template <class T, class Taken>
-    std::shared_ptr<void> hear(const MessageMemory& type, const std::string& topic, Taken taken) {
-        return node_.subscribe(type, topic, newest_, [taken = std::move(taken)](const void* message) mutable {
-            taken(*static_cast<const T*>(message));
-        });
+    std::shared_ptr<void> hear(const MessageMemory& type, const std::string& topic, Taken taken,
+                               std::function<void(std::uint64_t)> sent = nullptr) {
+        return node_.subscribe(
+            type, topic, newest_,
+            [taken = std::move(taken)](const void* message) mutable {
+                taken(*static_cast<const T*>(message));
+            },
+            std::move(sent));
     }
     std::shared_ptr<Publisher> advertise(const MessageMemory& type, const std::string& topic) {
         commands_.push_back(node_.advertise(type, topic, {1, true}));

@@ -6,29 +6,12 @@
 #include "bf/middleware/robot_host.hpp"
 #include "bf/middleware/topic_robot.hpp"
 
-#include <atomic>
-#include <cstdint>
 #include <functional>
 #include <memory>
 #include <span>
 #include <string>
 
 namespace bf::middleware {
-
-/// Who sends commands to one topic.
-class Drivers {
-  public:
-    /// A command of the program with that number has come.
-    void sent(std::uint64_t who) noexcept;
-    /// Has one come between two of another program, within a second?
-    bool are_two() const noexcept { return are_two_; }
-
-  private:
-    std::uint64_t newest_ = 0, before_ = 0;
-    double before_sent_ = -1; ///< when the one before did last, s
-    double newest_sent_ = -1;
-    std::atomic<bool> are_two_{false};
-};
 
 /// The topics and services of a robot that this program serves, by its middleware. It calls what it is given
 /// in a thread of its own. Throws std::runtime_error.

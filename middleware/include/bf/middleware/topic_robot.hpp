@@ -4,6 +4,7 @@
 #include "bf/middleware/threaded_robot.hpp"
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <span>
@@ -16,7 +17,8 @@ namespace bf::middleware {
 struct JointStates {
     const std::vector<std::string>& names;
     std::span<const double> position, velocity, effort;
-    double stamp; ///< of its header, s
+    double stamp;           ///< of its header, s
+    std::uint64_t from = 0; ///< a number of the program that has sent them; 0: it is not known
 };
 
 /// A topic that a robot's controller listens to.

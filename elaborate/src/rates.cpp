@@ -325,10 +325,13 @@ class Rates {
         return rate_of({ticks, x.offset % ticks, false});
     }
 
-    /// Is it a rate with a period?
+    /// Is it a rate with a period? The continuous one has that of the base step.
     bool is_periodic(int rate) const {
-        const auto& r = e_.diagram.rates[static_cast<std::size_t>(rate)];
-        return rate != constant_rate && !r.is_continuous && r.trigger == 0;
+        return rate != constant_rate && e_.diagram.rates[static_cast<std::size_t>(rate)].trigger == 0;
+    }
+    bool is_as_fast(int a, int b) const {
+        return a == b ||
+               (e_.diagram.period(a) == e_.diagram.period(b) && (a == continuous_ || b == continuous_));
     }
 
     /// Wires between two periodic rates: errors, or a block in between that all readers of that rate share.
@@ -348,7 +351,7 @@ class Rates {
                 if (from.node < 0) continue;
                 const auto& source = nodes_[static_cast<std::size_t>(from.node)];
                 const int a = source.rate, b = nodes_[n].rate;
-                if (a == b || !is_periodic(a) || !is_periodic(b)) continue;
+                if (!is_periodic(a) || !is_periodic(b) || is_as_fast(a, b)) continue;
                 if (delays(source) && e_.diagram.period(a) > e_.diagram.period(b)) continue;
                 if (inserts) {
                     const auto [place, is_new] = made.try_emplace({from.node, from.slot, b}, 0);

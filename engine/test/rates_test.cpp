@@ -239,6 +239,24 @@ TEST(RateTransitions, InsertedOnesDelayToTheFasterRateOnly) {
     EXPECT_EQ(run.trace("fast", 7), (Values{0, 0, 0, 0, 20, 20, 40}));
 }
 
+/// The oracle is the same model with RateTransitions of its own.
+TEST(RateTransitions, InsertedOnesStandBetweenContinuousAndSampledBlocks) {
+    const std::string
+        head = "model: m\nstep: 0.1\nsolver: rk4\n",
+        blocks = "blocks:\n  u: {block: Sine, frequency: 3, period: 0.5}\n  x: {block: Integrator}\n"
+                 "  slow: {block: Gain, K: 2, period: 0.5}\n  same: {block: Gain, K: 3, period: 0.1}\n";
+    Session inserted(head + "rate_transitions: inserted\n" + blocks +
+                     "connections: {u: x, x: [slow, same]}\n"),
+        own(head + "rate_transitions: checked\n" + blocks +
+            "  delay: {block: RateTransition, mode: delay, period: 0.5}\n  hold: {block: RateTransition, "
+            "period: 0.5}\nconnections: {u: delay, delay: x, x: [hold, same], hold: slow}\n");
+    for (const char* path : {"x", "slow", "same"})
+        EXPECT_EQ(inserted.trace(path, 20), own.trace(path, 20)) << path;
+    EXPECT_NE(own.trace("x", 20).back(), 0);
+    EXPECT_THROW(Session(head + "rate_transitions: checked\n" + blocks + "connections: {u: x, x: slow}\n"),
+                 model::Errors);
+}
+
 TEST(RateTransitions, StandWhereTheModelDelaysASignalForAFasterReader) {
     for (const char* transitions : {"inserted", "checked"}) {
         std::string model = two_rates(transitions);

@@ -69,7 +69,6 @@ class Splitting {
         return other != constant_rate && includes(other, task) ? other : task;
     }
 
-    bool is_continuous(int node) const { return rate(at(d_.nodes, node).rate).is_continuous; }
     static bool reads(const std::vector<Call>& rules, int slot) {
         return std::any_of(rules.begin(), rules.end(), [&](const Call& rule) { return rule.reads(slot); });
     }
@@ -157,10 +156,7 @@ class Splitting {
                        "put a RateTransition with period " +
                            (precedes(from, read.task) ? period(read.task)
                                                       : period(from) + " and `mode: delay`") +
-                           " in between" +
-                           (is_continuous(read.from.node) || (read.node >= 0 && is_continuous(read.node))
-                                ? ""
-                                : ", or say `rate_transitions: inserted`"));
+                           " in between, or say `rate_transitions: inserted`");
         }
     }
 

@@ -260,13 +260,13 @@ INSTANTIATE_TEST_SUITE_P(
                  "say `rate_transitions: inserted`",
                  "c: at 0.1 s it reads b.y at 0.2 s; put a RateTransition with period 0.2 s and `mode: "
                  "delay` in between, or say `rate_transitions: inserted`"}},
-        // Between continuous blocks nothing is inserted.
         Refusal{"a wire from and to a continuous block",
                 "solver: rk4\nblocks:\n  x: {block: TransferFunction, numerator: [1], denominator: [1, 1]}\n"
                 "  g: {block: Gain, period: 0.2}\nconnections: {x: g, g: x}\n",
                 {"x: at 0.1 s it reads g.y at 0.2 s; put a RateTransition with period 0.2 s and `mode: "
-                 "delay` in between",
-                 "g: at 0.2 s it reads x.y at 0.1 s; put a RateTransition with period 0.2 s in between"}},
+                 "delay` in between, or say `rate_transitions: inserted`",
+                 "g: at 0.2 s it reads x.y at 0.1 s; put a RateTransition with period 0.2 s in between, or "
+                 "say `rate_transitions: inserted`"}},
         Refusal{"offsets of which one is not hit with the other",
                 "blocks:\n  one: {block: Clock, period: 0.2, offset: 0.1}\n"
                 "  two: {block: Gain, period: 0.2}\nconnections: {one: two}\n",

@@ -113,18 +113,20 @@ std::vector<RunPanel> Simulation::plots() const {
     return all;
 }
 
-std::string Simulation::not_for_real_time() const {
+std::string Simulation::not_for_real_time() const { return bf::not_for_real_time(diagram_); }
+
+std::string not_for_real_time(const Diagram& diagram) {
     std::string reasons;
-    for (const auto& loop : diagram_.plan.loops)
+    for (const auto& loop : diagram.plan.loops)
         if (loop.kind == Loop::Kind::algebraic)
             reasons +=
                 "\n  " + loop.path +
                 ": it stands in an algebraic loop, which is iterated until its equations hold, as often as "
                 "that takes; put a UnitDelay into the loop";
-    if (is_adaptive(diagram_.solver.method) && !diagram_.plan.derivatives.empty()) {
+    if (is_adaptive(diagram.solver.method) && !diagram.plan.derivatives.empty()) {
         std::string name;
         for (const auto& [text, method] : solver_methods)
-            if (method == diagram_.solver.method) name = text;
+            if (method == diagram.solver.method) name = text;
         reasons +=
             "\n  the solver '" + name +
             "' chooses its own steps, as many as it takes; choose one with fixed steps, e.g. solver: rk4";

@@ -154,8 +154,8 @@ void restore_snapshot(Run& run, Bytes snapshot, const std::string& name) {
         !other.empty())
         content.fail(version + other + "; only values of parameters may differ");
     if (!has_same_blocks)
-        content.fail(version +
-                     "blocks, sizes, types, rates or connections differ; only values of parameters may");
+        content.fail(version + "step, solver, blocks, sizes, types, rates or connections differ; only values "
+                               "of parameters may");
     ByteReader given(content.block(), name);
     const Bytes state = content.block();
     run.restore({state.begin(), state.end()});

@@ -2,6 +2,7 @@
 #include "bf/base/escape.hpp"
 #include "bf/base/open_file.hpp"
 #include "bf/codegen/generate.hpp"
+#include "bf/engine/simulation.hpp"
 #include "files.hpp"
 #include "session.hpp"
 #include "ssp.hpp"
@@ -338,6 +339,8 @@ void pack_generated(const LoadedModel& loaded, const std::string& name, const st
 
 void execute(const DeployOptions& options) {
     const LoadedModel loaded = load_model(options.model);
+    if (const std::string why = not_for_real_time(loaded.diagram); !why.empty())
+        throw CommandError("the package would run in real time: " + why);
     OutputFolder folder(options.folder);
     const std::string name = codegen::file_name(loaded.diagram);
     std::string how = "not checked, as it is for another machine";

@@ -210,6 +210,17 @@ TEST_F(Deploy, APackageThatCannotStartIsNone) {
     EXPECT_EQ(files(), "data.csv m.yaml sine.yaml");
 }
 
+TEST_F(Deploy, AModelThatCannotRunInRealTimeIsRefused) {
+    write("m.yaml", "model: m\nstep: 0.01\nsolver: dormand_prince45\nblocks:\n  u: {block: Sine}\n"
+                    "  x: {block: Integrator}\nconnections: {u: x}\n");
+    const auto deploy = bf("deploy m.yaml -o package");
+    EXPECT_EQ(deploy.code, 1);
+    EXPECT_CONTAINS(deploy.err,
+                    "the package would run in real time: the time of a step is not bounded:\n  the "
+                    "solver 'dormand_prince45' chooses its own steps");
+    EXPECT_EQ(files(), "m.yaml sine.yaml");
+}
+
 TEST_F(Deploy, TheGeneratedProgramRunsOnAnotherProcessor) {
     if (shell("command -v aarch64-linux-gnu-g++ qemu-aarch64 cmake").code != 0)
         GTEST_SKIP() << "scripts/deps test installs g++-aarch64-linux-gnu and qemu-user";

@@ -61,10 +61,12 @@ class DiscreteIntegrator final : public Block {
         this,
         "upper",
         {.initial = {infinity}, .at_least = lower.index(), .unit = any_unit, .doc = "largest y"}};
-    Parameter<> initial{
-        this,
-        "initial",
-        {.initial = {0}, .unit = any_unit, .doc = "y in the first step", .present = !is_external}};
+    Parameter<> initial{this,
+                        "initial",
+                        {.initial = {0},
+                         .unit = any_unit,
+                         .doc = "y before the first step, and after a reset",
+                         .present = !is_external}};
     Input<Any> u{this, "u", any(shape, "signal to integrate")};
     ResetInput reset_input{this};
     const bool has_reset = reset_input.is_present();
@@ -123,10 +125,11 @@ class DiscreteIntegrator final : public Block {
 
 void add_integrators(Library& library) {
     library.group("discrete")
-        .add<DiscreteIntegrator>("DiscreteIntegrator",
-                                 "Integral of K u. y[k] = y[k-1] + K T u[k-1] forward, + K T u[k] backward, "
-                                 "the mean of both trapezoidal. Limits hold y; a reset or, in the first "
-                                 "step, the external input x0 puts y to its initial value.");
+        .add<DiscreteIntegrator>(
+            "DiscreteIntegrator",
+            "Integral of K u. y[k] = y[k-1] + K T u[k-1] forward, + K T u[k] backward, "
+            "the mean of both trapezoidal, and y[-1] is `initial`. Limits hold y; a reset or, in the first "
+            "step, the external input x0 puts y to its initial value.");
 }
 
 } // namespace bf::blocks

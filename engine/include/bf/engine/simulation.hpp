@@ -29,6 +29,9 @@ recording::ChannelInfo channel_info(const Diagram& diagram, const Node::End& end
 /// a block, such as a state of a chart, has a path under that of the block.
 using Origin = std::function<std::optional<std::string>(const std::string& path)>;
 
+/// As Run::not_for_real_time() of a run of it.
+std::string not_for_real_time(const Diagram& diagram);
+
 /// Runs a diagram. One base step k, at time t = k step, x⁻ the states before it and x⁺ after it:
 ///
 ///     start:  outputs := 0 (those of a rate with an offset keep it until their first hit)

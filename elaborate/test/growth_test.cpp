@@ -42,9 +42,14 @@ double seconds(const std::string& text) {
     return least;
 }
 
-/// Where every pair is looked at, four times as many take sixteen times as long.
+/// Where every pair is looked at, four times as many take sixteen times as long, whatever else the computer
+/// does.
 void expect_growth(const std::string& what, const Write& write, int n) {
-    EXPECT_LT(seconds(write(4 * n)), 9 * seconds(write(n))) << what;
+    constexpr double most = 9;
+    double ratio = most;
+    for (int tries = 0; tries < 4 && ratio >= most; ++tries)
+        ratio = std::min(ratio, seconds(write(4 * n)) / seconds(write(n)));
+    EXPECT_LT(ratio, most) << what;
 }
 
 TEST(Growth, PortsOfModelsAndSubsystems) {

@@ -194,12 +194,11 @@ TEST_F(Ros1Served, TellsThatItsControllerHasDiedWhichIsKilled) {
 TEST_F(Ros1Served, TellsOfTwoControllers) {
     Serving served("/torn_too");
     expect_contains(served.line(), "serves the ");
-    const auto sends = [] {
-        return std::make_unique<Peer>(std::vector<std::string>{"send", "std_msgs/Float64MultiArray",
-                                                               "/torn_too/effort_controller/command", "50",
-                                                               "m.data=[0.0]*3"});
+    const auto sends = [](const std::string& topic) {
+        return std::make_unique<Peer>(std::vector<std::string>{
+            "send", "std_msgs/Float64MultiArray", "/torn_too/" + topic + "/command", "50", "m.data=[0.0]*3"});
     };
-    const auto one = sends(), other = sends();
+    const auto one = sends("effort_controller"), other = sends("velocity_controller");
     expect_contains(served.line(), "a controller has come");
     expect_contains(served.line(), "two controllers send commands to it by turns; end one of them");
 }

@@ -497,16 +497,16 @@ TEST_F(Ros2Served, TellsOfTwoControllers) {
     if (!Peer::is_there()) GTEST_SKIP() << "there is no rclpy";
     Served served(end_in("/other", true), diagram(icub + icub_world));
     const auto shown = show(served);
-    const auto sends = [] {
+    const auto sends = [](const std::string& topic) {
         return std::make_unique<Peer>(std::vector<std::string>{"send", "std_msgs/msg/Float64MultiArray",
-                                                               "/icub/effort_controller/commands", "50",
+                                                               "/icub/" + topic + "/commands", "50",
                                                                "m.data=[0.0]*3"});
     };
-    const auto one = sends();
+    const auto one = sends("effort_controller");
     ASSERT_EQ(one->line(), "ready");
     usleep(1'000'000);
     EXPECT_EQ(shown->take_news(), "") << "it is alone";
-    const auto other = sends();
+    const auto other = sends("velocity_controller"); // whatever their topics are
     std::string news;
     for (int k = 0; k < 3000 && news.empty(); ++k, usleep(10'000)) news = shown->take_news();
     EXPECT_EQ(news, "two controllers send commands to it by turns; end one of them");

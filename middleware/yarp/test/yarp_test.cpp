@@ -330,7 +330,7 @@ TEST_F(YarpRobot, IsTakenBackFromADiagramThatHangs) {
     EXPECT_TRUE(waits_until([&] { return look.is_in(VOCAB_CM_POSITION); }));
     while (hanging.step()) continue;
     expect_contains(hanging.simulation.failure(), "YARP robot 'icubSim': ");
-    expect_contains(hanging.simulation.failure(), "taken the joints back, since no command came for 0.1 s");
+    expect_contains(hanging.simulation.failure(), "its joints were taken back, since no step came for 0.1 s");
 }
 
 TEST_F(YarpRobot, TakesNothingFromTheHeapInAStep) {

@@ -329,6 +329,7 @@ class Rates {
     bool is_periodic(int rate) const {
         return rate != constant_rate && e_.diagram.rates[static_cast<std::size_t>(rate)].trigger == 0;
     }
+    /// The base step itself and the continuous rate need no transition.
     bool is_as_fast(int a, int b) const {
         return a == b ||
                (e_.diagram.period(a) == e_.diagram.period(b) && (a == continuous_ || b == continuous_));

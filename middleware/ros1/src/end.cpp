@@ -142,12 +142,12 @@ class ServedTopics final : public middleware::ServedTopics {
               std::function<void(const MessageType&, const Message&)> taken) {
         commands_.push_back(node_.hear(
             {topic, type, depth},
-            [this, type, taken = std::move(taken)](const Message& message) {
+            [this, type, taken = std::move(taken)](const Message& message, std::uint64_t from) {
                 heard_ = middleware::now();
+                drivers_.sent(from);
                 taken(*type, message);
             },
-            [this](const std::string&) { ++strangers_; },
-            [this](const std::string& who) { drivers_.sent(std::hash<std::string>()(who)); }));
+            [this](const std::string&) { ++strangers_; }));
     }
     template <class F> void offer(const std::string& name, const char* type, F&& answer) {
         const auto its = ServiceType::find(type);

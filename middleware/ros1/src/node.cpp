@@ -170,7 +170,7 @@ void Node::open() {
         const auto type = MessageType::find("rosgraph_msgs/Clock");
         clock_ = hear(
             {"/clock", type, 1},
-            [type, to = told_time_](const Message& message) {
+            [type, to = told_time_](const Message& message, std::uint64_t) {
                 double time = 0;
                 type->field("clock")->read(&message, &time, 1);
                 *to = time;
@@ -266,12 +266,11 @@ void Node::publish(const TopicOptions& topic, const std::shared_ptr<middleware::
 }
 
 std::shared_ptr<ros::Subscriber> Node::hear(const TopicOptions& topic,
-                                            std::function<void(const Message&)> taken,
-                                            std::function<void(const std::string&)> refused,
-                                            std::function<void(const std::string&)> sent) {
+                                            std::function<void(const Message&, std::uint64_t)> taken,
+                                            std::function<void(const std::string&)> refused) {
     const auto receive = [message = std::static_pointer_cast<Message>(topic.type->make()), type = topic.type,
-                          taken = std::move(taken), refused = std::move(refused),
-                          sent = std::move(sent)](const ros::MessageEvent<const Raw>& event) {
+                          taken = std::move(taken),
+                          refused = std::move(refused)](const ros::MessageEvent<const Raw>& event) {
         const auto& header = event.getConnectionHeader();
         const auto said = [&](const char* key) {
             const auto found = header.find(key);
@@ -287,8 +286,7 @@ std::shared_ptr<ros::Subscriber> Node::hear(const TopicOptions& topic,
             return refused("a message of '" + event.getPublisherName() + "' is no " + type->name() + ": " +
                            error.what());
         }
-        if (sent) sent(event.getPublisherName());
-        taken(*message);
+        taken(*message, std::hash<std::string>()(event.getPublisherName()));
     };
     ros::SubscribeOptions options;
     options.initByFullCallbackType<const ros::MessageEvent<const Raw>&>(
@@ -338,7 +336,7 @@ std::shared_ptr<middleware::Incoming> Node::subscribe(const TopicOptions& topic,
     const std::weak_ptr<LiveIncoming> to = end;
     end->subscription = hear(
         topic,
-        [to](const Message& message) {
+        [to](const Message& message, std::uint64_t) {
             if (const auto still = to.lock()) still->receive(&message);
         },
         [to](const std::string& why) {

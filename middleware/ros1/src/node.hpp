@@ -80,11 +80,10 @@ class Node final : public Connection {
     bool can_save() const override { return false; }
 
     /// Calls `taken` in the node's thread for each message, or `refused` with what is wrong with it, as long
-    /// as somebody has what is returned; before `taken`, `sent` with the name of the node that has sent it.
+    /// as somebody has what is returned. Messages come with a number of the node that has sent them.
     std::shared_ptr<ros::Subscriber> hear(const TopicOptions& topic,
-                                          std::function<void(const Message&)> taken,
-                                          std::function<void(const std::string&)> refused,
-                                          std::function<void(const std::string&)> sent = nullptr);
+                                          std::function<void(const Message&, std::uint64_t)> taken,
+                                          std::function<void(const std::string&)> refused);
     /// The whole name of what is called so in the node's namespace. Throws std::runtime_error.
     std::string resolve(const std::string& name) const;
     std::shared_ptr<Publisher> advertise(const TopicOptions& topic);

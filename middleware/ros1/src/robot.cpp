@@ -82,46 +82,45 @@ class Topics final : public middleware::RobotTopics {
 
     std::shared_ptr<void> hear_states(const std::string& topic,
                                       std::function<void(const JointStates&)> taken) override {
-        const auto from = std::make_shared<std::uint64_t>();
         return hear(
             topic, "sensor_msgs/JointState",
-            [taken = std::move(taken), from](const MessageType& type, const Message& message) {
+            [taken = std::move(taken)](const MessageType& type, const Message& message, std::uint64_t from) {
                 const auto names = texts_of(type.value(message, "name"));
                 const auto position = numbers(type, message, "position"),
                            velocity = numbers(type, message, "velocity"),
                            effort = numbers(type, message, "effort");
-                taken({names, position, velocity, effort, stamp(type, message), *from});
-            },
-            [from](const std::string& who) { *from = std::hash<std::string>()(who); });
+                taken({names, position, velocity, effort, stamp(type, message), from});
+            });
     }
     std::shared_ptr<void> hear_wrenches(
         const std::string& topic,
         std::function<void(const Eigen::Matrix<double, 6, 1>&, double)> taken) override {
-        return hear(topic, "geometry_msgs/WrenchStamped",
-                    [taken = std::move(taken)](const MessageType& type, const Message& message) {
-                        Eigen::Matrix<double, 6, 1> wrench;
-                        type.field("wrench.force")->read(&message, wrench.data(), 3);
-                        type.field("wrench.torque")->read(&message, wrench.data() + 3, 3);
-                        taken(wrench, stamp(type, message));
-                    });
+        return hear(
+            topic, "geometry_msgs/WrenchStamped",
+            [taken = std::move(taken)](const MessageType& type, const Message& message, std::uint64_t) {
+                Eigen::Matrix<double, 6, 1> wrench;
+                type.field("wrench.force")->read(&message, wrench.data(), 3);
+                type.field("wrench.torque")->read(&message, wrench.data() + 3, 3);
+                taken(wrench, stamp(type, message));
+            });
     }
     std::shared_ptr<void> hear_imu(
         const std::string& topic,
         std::function<void(const Eigen::Matrix<double, 10, 1>&, double)> taken) override {
-        return hear(topic, "sensor_msgs/Imu",
-                    [taken = std::move(taken)](const MessageType& type, const Message& message) {
-                        Eigen::Matrix<double, 10, 1> imu;
-                        type.field("orientation")->read(&message, imu.data(), 4);
-                        type.field("linear_acceleration")->read(&message, imu.data() + 4, 3);
-                        type.field("angular_velocity")->read(&message, imu.data() + 7, 3);
-                        taken(imu, stamp(type, message));
-                    });
+        return hear(
+            topic, "sensor_msgs/Imu",
+            [taken = std::move(taken)](const MessageType& type, const Message& message, std::uint64_t) {
+                Eigen::Matrix<double, 10, 1> imu;
+                type.field("orientation")->read(&message, imu.data(), 4);
+                type.field("linear_acceleration")->read(&message, imu.data() + 4, 3);
+                type.field("angular_velocity")->read(&message, imu.data() + 7, 3);
+                taken(imu, stamp(type, message));
+            });
     }
     std::shared_ptr<void> hear_time(std::function<void(double)> taken) override {
         return hear("/clock", "rosgraph_msgs/Clock",
-                    [taken = std::move(taken)](const MessageType& type, const Message& message) {
-                        taken(numbers(type, message, "clock")[0]);
-                    });
+                    [taken = std::move(taken)](const MessageType& type, const Message& message,
+                                               std::uint64_t) { taken(numbers(type, message, "clock")[0]); });
     }
     std::unique_ptr<middleware::CommandTopic> commands(const std::string& topic) override {
         return driving(std::make_unique<Commands>(node_, topic));
@@ -201,13 +200,14 @@ class Topics final : public middleware::RobotTopics {
         refusal_ = why;
     }
     std::shared_ptr<void> hear(const std::string& topic, const char* name,
-                               std::function<void(const MessageType&, const Message&)> taken,
-                               std::function<void(const std::string&)> sent = nullptr) {
+                               std::function<void(const MessageType&, const Message&, std::uint64_t)> taken) {
         const auto type = MessageType::find(name);
         return node_.hear(
             {topic, type, 1},
-            [type, taken = std::move(taken)](const Message& message) { taken(*type, message); },
-            [this](const std::string& why) { tell(why); }, std::move(sent));
+            [type, taken = std::move(taken)](const Message& message, std::uint64_t from) {
+                taken(*type, message, from);
+            },
+            [this](const std::string& why) { tell(why); });
     }
     static double stamp(const MessageType& type, const Message& message) {
         return numbers(type, message, "header.stamp")[0];

@@ -23,7 +23,8 @@ class Frames {
             const auto type = std::make_shared<const MessageType>("rosgraph_msgs/Clock", "time clock\n");
             topics_.push_back(node.hear(
                 {"/clock", type, 10},
-                [told = told_time_, field = type->field("clock"), type](const Message& message) {
+                [told = told_time_, field = type->field("clock"), type](const Message& message,
+                                                                        std::uint64_t) {
                     double time = 0;
                     field->read(&message, &time, 1);
                     *told = time;
@@ -33,7 +34,7 @@ class Frames {
         for (const bool is_static : {false, true})
             topics_.push_back(node.hear(
                 {is_static ? "/tf_static" : "/tf", transforms_type(), 100},
-                [self, is_static](const Message& message) {
+                [self, is_static](const Message& message, std::uint64_t) {
                     if (const auto its = self.lock()) its->listener.take(frames_of(message, is_static));
                 },
                 [self](const std::string& why) {

@@ -5,7 +5,6 @@
 #include "bf/middleware/turns.hpp"
 #include "messages.hpp"
 
-#include <algorithm>
 #include <cstdint>
 #include <utility>
 
@@ -35,17 +34,18 @@ class ServedTopics final : public middleware::ServedTopics {
                          std::function<void(std::span<const double>)> taken) override {
         commands_.push_back(node_.subscribe(
             messages::numbers(), topic, {1, true},
-            [taken = std::move(taken)](const void* message) {
+            [taken = std::move(taken), drivers = drivers_](const void* message, std::uint64_t from) {
+                drivers->sent(from);
                 const auto& data = static_cast<const messages::Numbers*>(message)->data;
                 taken({data.data, data.size});
-            },
-            is_sent()));
+            }));
     }
     void hear_trajectories(const std::string& topic,
                            std::function<void(const middleware::JointTrajectory&)> taken) override {
         commands_.push_back(node_.subscribe(
             messages::trajectory(), topic, {},
-            [taken = std::move(taken)](const void* message) {
+            [taken = std::move(taken), drivers = drivers_](const void* message, std::uint64_t program) {
+                drivers->sent(program);
                 const auto& from = *static_cast<const messages::Trajectory*>(message);
                 middleware::JointTrajectory to;
                 for (std::size_t i = 0; i < from.joint_names.size; ++i)
@@ -59,8 +59,7 @@ class ServedTopics final : public middleware::ServedTopics {
                                          numbers(point.positions), numbers(point.velocities)});
                 }
                 taken(to);
-            },
-            is_sent()));
+            }));
     }
     void offer(const std::string& name, std::function<std::string(bool&)> answer) override {
         services_.push_back(messages::serve(node_, "~/" + name, std::move(answer)));
@@ -115,9 +114,6 @@ class ServedTopics final : public middleware::ServedTopics {
     bool has_two_drivers() const noexcept override { return drivers_->are_two(); }
 
   private:
-    std::function<void(std::uint64_t)> is_sent() const {
-        return [its = drivers_](std::uint64_t who) { its->sent(who); };
-    }
     Node node_;
     std::vector<std::string> wrench_names_, imu_names_;
     std::shared_ptr<Publisher> joints_, clock_;

@@ -71,7 +71,7 @@ class Pursuit final : public Sender {
     void open(Node& node, const std::string& name, const std::shared_ptr<Pursuit>& self) {
         const std::weak_ptr<Pursuit> to = self;
         const auto told = [to](auto&& take) {
-            return [to, take](const void* message, std::int64_t call = 0) {
+            return [to, take](const void* message, std::int64_t call) {
                 const auto still = to.lock();
                 if (!still) return;
                 const std::lock_guard lock(still->mutex_);

@@ -42,8 +42,8 @@ class Reader final : public toolbox::StreamReader {
     Reader(Node& node, const std::string& name, int size)
         : name_(name), state_(std::make_shared<State>(size)), values_(static_cast<std::size_t>(size) + 1) {
         auto context = node.context();
-        subscription_ =
-            node.subscribe(messages::numbers(), name, {}, [state = state_, context](const void* message) {
+        subscription_ = node.subscribe(
+            messages::numbers(), name, {}, [state = state_, context](const void* message, std::uint64_t) {
                 const auto& data = static_cast<const messages::Numbers*>(message)->data;
                 if (data.size + 1 != state->arriving.size()) {
                     state->wrong_size = static_cast<int>(data.size);

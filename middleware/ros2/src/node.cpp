@@ -160,8 +160,8 @@ double Context::now() const noexcept {
 
 Subscription::Subscription(std::shared_ptr<Context> context, const MessageMemory& type,
                            const std::string& topic, const Quality& quality,
-                           std::function<void(const void*)> taken, std::function<void(std::uint64_t)> sent)
-    : context_(std::move(context)), message_(type.make()), taken_(std::move(taken)), sent_(std::move(sent)) {
+                           std::function<void(const void*, std::uint64_t)> taken)
+    : context_(std::move(context)), message_(type.make()), taken_(std::move(taken)) {
     auto options = rcl_subscription_get_default_options();
     options.qos = profile_of(quality);
     const std::lock_guard lock(context_->ends);
@@ -186,8 +186,7 @@ void Subscription::take() {
         // The numbers of all that a program has in DDS begin alike: GuidPrefix_t, RTPS 2.5, 8.2.4.
         constexpr std::size_t prefix = 12;
         const std::string_view program(reinterpret_cast<const char*>(info.publisher_gid.data), prefix);
-        if (sent_) sent_(std::hash<std::string_view>()(program));
-        taken_(message_.get());
+        taken_(message_.get(), std::hash<std::string_view>()(program));
     }
     rcl_reset_error();
 }
@@ -307,10 +306,11 @@ void Node::open() {
     const auto& args = options_.arguments;
     if (std::find(args.begin(), args.end(), "use_sim_time:=true") != args.end()) {
         context_->told_time = Context::awaited;
-        clock_ =
-            subscribe(messages::clock(), "/clock", {1, false}, [context = context_](const void* message) {
-                context->told_time = messages::seconds(static_cast<const messages::Clock*>(message)->clock);
-            });
+        clock_ = subscribe(messages::clock(), "/clock", {1, false},
+                           [context = context_](const void* message, std::uint64_t) {
+                               context->told_time =
+                                   messages::seconds(static_cast<const messages::Clock*>(message)->clock);
+                           });
     }
     goes_on_ = true;
     waiting_ = std::thread([this] { wait(); });
@@ -341,10 +341,9 @@ template <class T> std::shared_ptr<T> Node::awaited(std::shared_ptr<T> entity) {
 }
 
 std::shared_ptr<Subscription> Node::subscribe(const MessageMemory& type, const std::string& topic,
-                                              const Quality& quality, std::function<void(const void*)> taken,
-                                              std::function<void(std::uint64_t)> sent) {
-    return awaited(
-        std::make_shared<Subscription>(context_, type, topic, quality, std::move(taken), std::move(sent)));
+                                              const Quality& quality,
+                                              std::function<void(const void*, std::uint64_t)> taken) {
+    return awaited(std::make_shared<Subscription>(context_, type, topic, quality, std::move(taken)));
 }
 
 std::shared_ptr<Publisher> Node::advertise(const MessageMemory& type, const std::string& topic,

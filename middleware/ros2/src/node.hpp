@@ -73,11 +73,10 @@ struct MessageMemory {
 
 class Subscription final : public Awaited {
   public:
-    /// `taken` is called in the waiting thread for each message, behind `sent` with a number of the program
-    /// that has sent it; they own all that they use.
+    /// `taken` is called in the waiting thread for each message, with a number of the program that has sent
+    /// it; it owns all that it uses.
     Subscription(std::shared_ptr<Context> context, const MessageMemory& type, const std::string& topic,
-                 const Quality& quality, std::function<void(const void*)> taken,
-                 std::function<void(std::uint64_t)> sent);
+                 const Quality& quality, std::function<void(const void*, std::uint64_t)> taken);
     ~Subscription() override;
     /// How many send to the topic.
     int writers() const noexcept;
@@ -88,8 +87,7 @@ class Subscription final : public Awaited {
     std::shared_ptr<Context> context_;
     rcl_subscription_t handle_ = rcl_get_zero_initialized_subscription();
     std::shared_ptr<void> message_;
-    std::function<void(const void*)> taken_;
-    std::function<void(std::uint64_t)> sent_;
+    std::function<void(const void*, std::uint64_t)> taken_;
 };
 
 class Publisher {
@@ -167,8 +165,8 @@ class Node {
     std::shared_ptr<Context> context() const { return context_; }
 
     std::shared_ptr<Subscription> subscribe(const MessageMemory& type, const std::string& topic,
-                                            const Quality& quality, std::function<void(const void*)> taken,
-                                            std::function<void(std::uint64_t)> sent = nullptr);
+                                            const Quality& quality,
+                                            std::function<void(const void*, std::uint64_t)> taken);
     std::shared_ptr<Publisher> advertise(const MessageMemory& type, const std::string& topic,
                                          const Quality& quality) const;
     std::shared_ptr<Service> serve(const rosidl_service_type_support_t* support, const std::string& name,

@@ -91,10 +91,10 @@ class Topics final : public middleware::RobotTopics {
 
     std::shared_ptr<void> hear_states(const std::string& topic,
                                       std::function<void(const JointStates&)> taken) override {
-        const auto from = std::make_shared<std::uint64_t>();
         return hear<messages::JointState>(
             messages::joint_state(), topic,
-            [names = std::vector<std::string>(), taken = std::move(taken), from](const auto& state) mutable {
+            [names = std::vector<std::string>(), taken = std::move(taken)](const auto& state,
+                                                                           std::uint64_t from) mutable {
                 const auto is_same = [](const std::string& name, const rosidl_runtime_c__String& its) {
                     return name == its.data;
                 };
@@ -108,15 +108,14 @@ class Topics final : public middleware::RobotTopics {
                        {state.velocity.data, state.velocity.size},
                        {state.effort.data, state.effort.size},
                        messages::seconds(state.header.stamp),
-                       *from});
-            },
-            [from](std::uint64_t who) { *from = who; });
+                       from});
+            });
     }
     std::shared_ptr<void> hear_wrenches(
         const std::string& topic,
         std::function<void(const Eigen::Matrix<double, 6, 1>&, double)> taken) override {
         return hear<messages::Wrench>(
-            messages::wrench(), topic, [taken = std::move(taken)](const auto& message) {
+            messages::wrench(), topic, [taken = std::move(taken)](const auto& message, std::uint64_t) {
                 const auto &f = message.wrench.force, &m = message.wrench.torque;
                 taken({f.x, f.y, f.z, m.x, m.y, m.z}, messages::seconds(message.header.stamp));
             });
@@ -124,17 +123,19 @@ class Topics final : public middleware::RobotTopics {
     std::shared_ptr<void> hear_imu(
         const std::string& topic,
         std::function<void(const Eigen::Matrix<double, 10, 1>&, double)> taken) override {
-        return hear<messages::Imu>(messages::imu(), topic, [taken = std::move(taken)](const auto& message) {
-            const auto& q = message.orientation;
-            const auto &a = message.linear_acceleration, &omega = message.angular_velocity;
-            taken({q.x, q.y, q.z, q.w, a.x, a.y, a.z, omega.x, omega.y, omega.z},
-                  messages::seconds(message.header.stamp));
-        });
+        return hear<messages::Imu>(
+            messages::imu(), topic, [taken = std::move(taken)](const auto& message, std::uint64_t) {
+                const auto& q = message.orientation;
+                const auto &a = message.linear_acceleration, &omega = message.angular_velocity;
+                taken({q.x, q.y, q.z, q.w, a.x, a.y, a.z, omega.x, omega.y, omega.z},
+                      messages::seconds(message.header.stamp));
+            });
     }
     std::shared_ptr<void> hear_time(std::function<void(double)> taken) override {
-        return hear<messages::Clock>(
-            messages::clock(), "/clock",
-            [taken = std::move(taken)](const auto& time) { taken(messages::seconds(time.clock)); });
+        return hear<messages::Clock>(messages::clock(), "/clock",
+                                     [taken = std::move(taken)](const auto& time, std::uint64_t) {
+                                         taken(messages::seconds(time.clock));
+                                     });
     }
     std::unique_ptr<middleware::CommandTopic> commands(const std::string& topic) override {
         return std::make_unique<Commands>(advertise(messages::numbers(), topic));
@@ -180,14 +181,11 @@ class Topics final : public middleware::RobotTopics {
 
   private:
     template <class T, class Taken>
-    std::shared_ptr<void> hear(const MessageMemory& type, const std::string& topic, Taken taken,
-                               std::function<void(std::uint64_t)> sent = nullptr) {
-        return node_.subscribe(
-            type, topic, newest_,
-            [taken = std::move(taken)](const void* message) mutable {
-                taken(*static_cast<const T*>(message));
-            },
-            std::move(sent));
+    std::shared_ptr<void> hear(const MessageMemory& type, const std::string& topic, Taken taken) {
+        return node_.subscribe(type, topic, newest_,
+                               [taken = std::move(taken)](const void* message, std::uint64_t from) mutable {
+                                   taken(*static_cast<const T*>(message), from);
+                               });
     }
     std::shared_ptr<Publisher> advertise(const MessageMemory& type, const std::string& topic) {
         commands_.push_back(node_.advertise(type, topic, {1, true}));

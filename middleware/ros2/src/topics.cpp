@@ -72,9 +72,10 @@ class Subscribe final : public RosTopic<middleware::SubscribeBlock> {
         auto end = std::make_shared<middleware::LiveIncoming>(std::move(wanted));
         // The thread keeps what it writes to, but not the subscription, which ends with the run.
         const std::weak_ptr<middleware::LiveIncoming> to = end;
-        end->subscription = its.subscribe(memory(), topic, quality(), [to](const void* message) {
-            if (const auto still = to.lock()) still->receive(message);
-        });
+        end->subscription =
+            its.subscribe(memory(), topic, quality(), [to](const void* message, std::uint64_t) {
+                if (const auto still = to.lock()) still->receive(message);
+            });
         return end;
     }
 };

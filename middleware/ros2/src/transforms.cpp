@@ -99,7 +99,7 @@ class Frames {
         for (const bool is_static : {false, true})
             topics_.push_back(
                 node.subscribe(type.memory(), is_static ? "/tf_static" : "/tf", {100, true, is_static},
-                               [self, is_static](const void* message) {
+                               [self, is_static](const void* message, std::uint64_t) {
                                    if (const auto its = self.lock())
                                        its->listener.take(frames_of(
                                            *static_cast<const TransformMessage*>(message), is_static));

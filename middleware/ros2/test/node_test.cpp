@@ -88,7 +88,7 @@ TEST_F(Ros2Node, MakesAndEndsItsEndsOneAtATime) {
     is_watched = true;
     const std::vector<std::function<void(const std::string&)>> uses{
         [&](const auto& name) { node.advertise(messages::clock(), name, {}); },
-        [&](const auto& name) { node.subscribe(messages::imu(), name, {}, [](const void*) {}); },
+        [&](const auto& name) { node.subscribe(messages::imu(), name, {}, [](auto...) {}); },
         [&](const auto& name) {
             messages::serve(node, name, std::function<std::string(bool&)>([](bool&) { return ""; }));
         },

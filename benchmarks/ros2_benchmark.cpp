@@ -84,7 +84,7 @@ void measure_streams(Measured& measured) {
 void measure_bare(Measured& measured) {
     const auto context = [] { return std::make_shared<ros2::Context>(ros2::NodeOptions{.name = "bare"}); };
     double taken = -1;
-    const auto take = [&](const void* message) {
+    const auto take = [&](const void* message, std::uint64_t) {
         taken = system_time() - static_cast<const ros2::messages::Numbers*>(message)->data.data[0];
     };
     std::optional<ros2::Subscription> subscription;
@@ -103,7 +103,7 @@ void measure_bare(Measured& measured) {
         },
         [&] {
             const auto its = context();
-            subscription.emplace(its, ros2::messages::numbers(), "/bare", ros2::Quality{}, take, nullptr);
+            subscription.emplace(its, ros2::messages::numbers(), "/bare", ros2::Quality{}, take);
             ros2::check(rcl_wait_set_init(&set, 1, 0, 0, 0, 0, 0, &its->context, rcl_get_default_allocator()),
                         "nothing can be waited for");
             return [&] {

@@ -99,6 +99,10 @@ target_precompile_headers(bf_test_headers PRIVATE
 add_library(bf_heap OBJECT EXCLUDE_FROM_ALL ${CMAKE_SOURCE_DIR}/tests/heap/heap.cpp)
 target_include_directories(bf_heap INTERFACE ${CMAKE_SOURCE_DIR}/tests/heap)
 
+# Expects work to take a time that grows with its size.
+add_library(bf_growth INTERFACE)
+target_include_directories(bf_growth INTERFACE ${CMAKE_SOURCE_DIR}/tests/growth)
+
 # bf_test(NAME SOURCES file... LINK target... [SHARDS n]): one GoogleTest program bf_NAME_test and, as its cases are
 # quicker than the start of a process, one ctest entry; SHARDS makes n of it, each with a part of the cases.
 function(bf_test name)

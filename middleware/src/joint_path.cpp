@@ -12,31 +12,32 @@ JointPath::JointPath(const JointTrajectory& message, const std::vector<std::stri
     for (const auto& name : message.joints) {
         const auto found = std::ranges::find(joints, name);
         if (found == joints.end())
-            throw std::runtime_error("a trajectory names '" + name + "', but the joints are " +
+            throw std::runtime_error("a trajectory that names '" + name + "', but the joints are " +
                                      name_list(joints));
         const Eigen::Index number = found - joints.begin();
         if (std::ranges::find(joints_, number) != joints_.end())
-            throw std::runtime_error("a trajectory names '" + name + "' twice");
+            throw std::runtime_error("a trajectory that names '" + name + "' twice");
         joints_.push_back(number);
     }
     const auto n = static_cast<Eigen::Index>(joints_.size());
-    if (n == 0 || message.points.empty()) throw std::runtime_error("a trajectory has no joints or no points");
+    if (n == 0 || message.points.empty()) throw std::runtime_error("a trajectory without joints or points");
     start_.resize(static_cast<Eigen::Index>(joints.size()));
     points_.push_back({0, Eigen::VectorXd::Zero(n), Eigen::VectorXd::Zero(n)});
     for (std::size_t i = 0; i < message.points.size(); ++i) {
         const auto& given = message.points[i];
         const auto vector = [&](const std::vector<double>& values, const char* what) {
-            const auto size = static_cast<Eigen::Index>(values.size());
-            if (size != n || !std::ranges::all_of(values, [](double x) { return std::isfinite(x); }))
-                throw std::runtime_error("point " + std::to_string(i + 1) + " of a trajectory has " + what +
-                                         " of size " + std::to_string(size) +
-                                         ", or not finite; its joints are " + std::to_string(n));
+            const std::string its = "a trajectory whose point " + std::to_string(i + 1) + " has ";
+            if (static_cast<Eigen::Index>(values.size()) != n)
+                throw std::runtime_error(its + std::to_string(values.size()) + " " + what +
+                                         ", but its joints are " + name_list(message.joints));
+            if (!std::ranges::all_of(values, [](double x) { return std::isfinite(x); }))
+                throw std::runtime_error(its + what + " that are not finite");
             return Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(values.data(), n));
         };
         Point point{given.time, vector(given.positions, "positions"), {}};
         if (!given.velocities.empty()) point.velocities = vector(given.velocities, "velocities");
         if (point.time < points_.back().time || (i > 0 && point.time == points_.back().time))
-            throw std::runtime_error("the times of a trajectory's points do not grow");
+            throw std::runtime_error("a trajectory whose times do not grow");
         points_.push_back(std::move(point));
     }
 }

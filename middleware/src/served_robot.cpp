@@ -29,8 +29,7 @@ class Hosted final : public ServedRobot {
                    "it, or give one of them another name";
         if (end_->has_two_drivers() && !std::exchange(is_torn_, true))
             return "two controllers send commands to it by turns; end one of them";
-        if (end_->counts().rejected == 0 || std::exchange(is_strange_, true)) return "";
-        return std::string("left out ") + end_->what_is_rejected() + "; so are those that follow";
+        return end_->take_rejection();
     }
     int gone() const noexcept override { return host_.gone(); }
 
@@ -57,7 +56,6 @@ class Hosted final : public ServedRobot {
     RobotHost host_;
     bool is_doubled_ = false; ///< which was told, as the next
     bool is_torn_ = false;    ///< between two controllers
-    bool is_strange_ = false; ///< something came that is not the controller's, and that was told
 };
 
 } // namespace

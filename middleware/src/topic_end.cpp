@@ -1,5 +1,7 @@
 #include "bf/middleware/topic_end.hpp"
 
+#include "bf/base/names.hpp"
+#include "bf/core/value.hpp"
 #include "bf/middleware/clock.hpp"
 #include "bf/middleware/exchange.hpp"
 
@@ -82,22 +84,23 @@ class States final : public Sender {
     bool have_come_ = false; ///< readers, since then
 };
 
-/// How many programs send commands, looked at in the thread that sends, and whether another one is in the
-/// robot's place.
+/// How many programs send commands, looked at in the thread that sends, whether another one is in the robot's
+/// place, and whose commands are left out.
 class Watch final : public Sender {
   public:
-    explicit Watch(const ServedTopics& topics) : topics_(topics) {}
+    explicit Watch(ServedTopics& topics) : topics_(topics) {}
     bool has_news() const noexcept override { return now() - last_ > look; }
     void send() override {
         last_ = now();
         writers = topics_.writers();
         is_doubled = topics_.has_double();
+        topics_.rejections.find_names();
     }
     std::atomic<bool> is_doubled{false};
     std::atomic<int> writers{0};
 
   private:
-    const ServedTopics& topics_;
+    ServedTopics& topics_;
     double last_ = 0;
 };
 
@@ -130,11 +133,13 @@ class TopicEnd final : public RobotEnd {
                                           std::pair(ControlMode::position_direct, commands_.position)})
             if (modes >> static_cast<int>(mode) & 1)
                 topics_->hear_references(
-                    topic, [this, m = mode](std::span<const double> values) { take(m, values); });
+                    topic, [this, m = mode, joints = description.joints](std::span<const double> values) {
+                        return take(m, values, joints);
+                    });
         if (modes >> static_cast<int>(ControlMode::position_direct) & 1)
             topics_->hear_trajectories(
                 commands_.trajectory,
-                [this, joints = description.joints](const auto& message) { take(message, joints); });
+                [this, joints = description.joints](const auto& message) { return take(message, joints); });
         topics_->add(watch_);
         topics_->offer("step", [this](bool& is_done) { return step(is_done); });
         topics_->offer("reset", [this](bool& is_done) { return begin_again(is_done); });
@@ -220,40 +225,37 @@ class TopicEnd final : public RobotEnd {
         if (is) is_ours_ = is_following_ = false; // while its time stands still no state tells so
         return is;
     }
-    Counts counts() const noexcept override {
-        return {.rejected = rejected_ + static_cast<std::uint64_t>(topics_->strangers())};
-    }
-    const char* what_is_rejected() const noexcept override {
-        return "a command that has not one finite number for each of its joints, or a trajectory that it "
-               "cannot follow";
-    }
+    Counts counts() const noexcept override { return {.rejected = topics_->rejections.count()}; }
+    std::string take_rejection() override { return topics_->rejections.take(); }
     const std::string& name() const noexcept override { return name_; }
 
   private:
     // ---- in the thread of the middleware
-    void take(ControlMode mode, std::span<const double> values) {
-        // Of another robot, or nothing that a joint can do: it takes the robot from nobody.
-        if (static_cast<int>(values.size()) != at_->n ||
-            !std::ranges::all_of(values, [](double x) { return std::isfinite(x); })) {
-            ++rejected_;
-            return;
-        }
+    // What is of another robot, or nothing that a joint can do, takes the robot from nobody.
+    std::string take(ControlMode mode, std::span<const double> values,
+                     const std::vector<std::string>& joints) {
+        if (values.size() != joints.size())
+            return std::to_string(values.size()) + " numbers, but the joints are " + name_list(joints);
+        for (std::size_t i = 0; i < joints.size(); ++i)
+            if (!std::isfinite(values[i]))
+                return Value(values[i]).describe() + " for the joint '" + joints[i] + "'";
         arriving_[0] = static_cast<double>(mode);
         std::ranges::copy(values, arriving_.begin() + 1);
         newest_->write(arriving_.data(), now());
         bell_.ring();
+        return "";
     }
-    void take(const JointTrajectory& message, const std::vector<std::string>& joints) {
+    std::string take(const JointTrajectory& message, const std::vector<std::string>& joints) {
         try {
             auto path = std::make_unique<JointPath>(message, joints);
             const std::lock_guard lock(path_mutex_);
             next_path_ = std::move(path);
             has_path_ = true;
-        } catch (const std::runtime_error&) { // of another robot
-            ++rejected_;
-            return;
+        } catch (const std::runtime_error& error) {
+            return error.what();
         }
         bell_.ring();
+        return "";
     }
     std::string step(bool& is_done) {
         is_done = false;
@@ -360,7 +362,7 @@ class TopicEnd final : public RobotEnd {
     std::atomic<bool> has_path_{false}, is_free_{false}, is_over_{false};
     std::atomic<bool> may_reset_{false}, is_reset_asked_{false}, is_reset_{false}, is_release_asked_{false};
     std::atomic<int> resets_{0}; ///< that are shown
-    std::atomic<std::uint64_t> steps_asked_{0}, steps_done_{0}, rejected_{0};
+    std::atomic<std::uint64_t> steps_asked_{0}, steps_done_{0};
     std::atomic<double> shown_time_{0}, due_{0};
     bool is_ours_ = false, is_following_ = false, had_writers_ = false;
     bool is_taken_back_ = false;                 ///< from a controller that has not let it go

@@ -67,13 +67,13 @@ TEST(JointPath, RefusesWhatIsNone) {
         }
         return "";
     };
-    EXPECT_EQ(why(trajectory({"c"}, {{1, 0, 0}}, false)), "a trajectory names 'c', but the joints are a, b");
-    EXPECT_EQ(why(trajectory({"a", "b", "a"}, {{1, 0, 0}}, false)), "a trajectory names 'a' twice");
-    EXPECT_EQ(why(trajectory({"a"}, {}, false)), "a trajectory has no joints or no points");
-    EXPECT_EQ(why(trajectory({"a"}, {{1, 0, 0}, {1, 0, 0}}, false)),
-              "the times of a trajectory's points do not grow");
+    EXPECT_EQ(why(trajectory({"c"}, {{1, 0, 0}}, false)),
+              "a trajectory that names 'c', but the joints are a, b");
+    EXPECT_EQ(why(trajectory({"a", "b", "a"}, {{1, 0, 0}}, false)), "a trajectory that names 'a' twice");
+    EXPECT_EQ(why(trajectory({"a"}, {}, false)), "a trajectory without joints or points");
+    EXPECT_EQ(why(trajectory({"a"}, {{1, 0, 0}, {1, 0, 0}}, false)), "a trajectory whose times do not grow");
     EXPECT_EQ(why(trajectory({"a"}, {{1, std::nan(""), 0}}, false)),
-              "point 1 of a trajectory has positions of size 1, or not finite; its joints are 1");
+              "a trajectory whose point 1 has positions that are not finite");
 }
 
 TEST(TopicRobot, HasTheOrientationOfItsAngles) {

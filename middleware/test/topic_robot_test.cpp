@@ -105,8 +105,8 @@ class Topics final : public RobotTopics {
 
 /// What a served robot hears and is asked.
 struct Offers {
-    std::map<std::string, std::function<void(std::span<const double>)>> references;
-    std::function<void(const JointTrajectory&)> trajectories;
+    std::map<std::string, std::function<std::string(std::span<const double>)>> references;
+    std::function<std::string(const JointTrajectory&)> trajectories;
     std::map<std::string, std::function<std::string(bool&)>> services;
 };
 
@@ -117,10 +117,11 @@ class Offered final : public ServedTopics {
     void open(const RobotDescription&) override {}
     void close() noexcept override {}
     void hear_references(const std::string& topic,
-                         std::function<void(std::span<const double>)> taken) override {
+                         std::function<std::string(std::span<const double>)> taken) override {
         its_.references[topic] = std::move(taken);
     }
-    void hear_trajectories(const std::string&, std::function<void(const JointTrajectory&)> taken) override {
+    void hear_trajectories(const std::string&,
+                           std::function<std::string(const JointTrajectory&)> taken) override {
         its_.trajectories = std::move(taken);
     }
     void offer(const std::string& name, std::function<std::string(bool&)> answer) override {
@@ -438,8 +439,21 @@ TEST_P(TopicEndOf, FollowsATrajectoryByAReferenceInEachStep) {
         EXPECT_EQ(command[RobotLayout::mode_count], 1);
         state[RobotLayout::owner] = command[RobotLayout::session];
     }
-    topics.trajectories({{"another"}, {{1, {1}, {}}}});
-    EXPECT_EQ(end->counts().rejected, 1);
+}
+
+TEST_P(TopicEndOf, SaysWhatItLeavesOutWhichTakesTheRobotFromNobody) {
+    const auto& efforts = topics.references.at("effort");
+    EXPECT_EQ(efforts(Numbers{1, 2}), "2 numbers, but the joints are hip");
+    EXPECT_EQ(efforts(Numbers{}), "0 numbers, but the joints are hip");
+    EXPECT_EQ(efforts(Numbers{std::nan("")}), "nan for the joint 'hip'");
+    EXPECT_EQ(topics.trajectories({{"another"}, {{1, {1}, {}}}}),
+              "a trajectory that names 'another', but the joints are hip");
+    EXPECT_EQ(topics.trajectories({{"hip"}, {{1, {1, 2}, {}}}}),
+              "a trajectory whose point 1 has 2 positions, but its joints are hip");
+    EXPECT_FALSE(takes());
+    EXPECT_EQ(efforts(Numbers{1}), "");
+    EXPECT_EQ(topics.trajectories({{"hip"}, {{1, {1}, {}}}}), "");
+    EXPECT_TRUE(takes());
 }
 
 /// References that came before were not reached yet.

@@ -1,10 +1,9 @@
 #include "bf/formats/yaml.hpp"
+#include "growth.hpp"
 
 #include <algorithm>
-#include <ctime>
 #include <filesystem>
 #include <fstream>
-#include <functional>
 #include <gtest/gtest.h>
 #include <random>
 #include <sstream>
@@ -169,25 +168,14 @@ std::string chain(int blocks) {
     return text.str();
 }
 
-/// Processor seconds, the least of three.
-double seconds(const std::function<void()>& work) {
-    double least = 1e9;
-    for (int k = 0; k < 3; ++k) {
-        const std::clock_t begin = std::clock();
-        work();
-        least = std::min(least, static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
-    }
-    return least;
-}
-
-// Where every pair is looked at, four times as many take sixteen times as long.
-TEST(Speed, ReadingAndWritingTakeATimeThatGrowsWithTheModel) {
+TEST(Growth, OfReadingAndWriting) {
     const std::string small = chain(2000), large = chain(8000);
     const model::Model small_model = read_yaml_text(small), large_model = read_yaml_text(large);
     EXPECT_EQ(canonical_yaml(large_model), large);
-    EXPECT_LT(seconds([&] { read_yaml_text(large); }), 9 * seconds([&] { read_yaml_text(small); }));
-    EXPECT_LT(seconds([&] { canonical_yaml(large_model); }),
-              9 * seconds([&] { canonical_yaml(small_model); }));
+    test::expect_growth(
+        "reading", [&] { read_yaml_text(small); }, [&] { read_yaml_text(large); });
+    test::expect_growth(
+        "writing", [&] { canonical_yaml(small_model); }, [&] { canonical_yaml(large_model); });
 }
 
 } // namespace

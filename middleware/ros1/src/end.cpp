@@ -44,14 +44,14 @@ class ServedTopics final : public middleware::ServedTopics {
     }
 
     void hear_references(const std::string& topic,
-                         std::function<void(std::span<const double>)> taken) override {
+                         std::function<std::string(std::span<const double>)> taken) override {
         hear(topic, 1, MessageType::find("std_msgs/Float64MultiArray"),
              [taken = std::move(taken)](const MessageType& type, const Message& message) {
-                 taken(numbers(type, message, "data"));
+                 return taken(numbers(type, message, "data"));
              });
     }
     void hear_trajectories(const std::string& topic,
-                           std::function<void(const middleware::JointTrajectory&)> taken) override {
+                           std::function<std::string(const middleware::JointTrajectory&)> taken) override {
         hear(topic, 10, MessageType::find("trajectory_msgs/JointTrajectory"),
              [taken = std::move(taken),
               point_type = MessageType::find("trajectory_msgs/JointTrajectoryPoint")](
@@ -62,7 +62,7 @@ class ServedTopics final : public middleware::ServedTopics {
                                           numbers(*point_type, point, "positions"),
                                           numbers(*point_type, point, "velocities")});
                  });
-                 taken(to);
+                 return taken(to);
              });
     }
     void offer(const std::string& name, std::function<std::string(bool&)> answer) override {
@@ -77,8 +77,6 @@ class ServedTopics final : public middleware::ServedTopics {
                   return answer(numbers(type, request, "data")[0] != 0, is_done);
               });
     }
-    int strangers() const noexcept override { return strangers_; }
-
     void add(const std::shared_ptr<middleware::Sender>& sender) override { node_.add(sender); }
     middleware::Bell& bell() noexcept override { return node_.bell(); }
 
@@ -139,15 +137,19 @@ class ServedTopics final : public middleware::ServedTopics {
         std::shared_ptr<Publisher> topic;
     };
     void hear(const std::string& topic, int depth, const std::shared_ptr<const MessageType>& type,
-              std::function<void(const MessageType&, const Message&)> taken) {
+              std::function<std::string(const MessageType&, const Message&)> taken) {
+        const auto reject = [this, name = node_.resolve(topic)](const std::string& what,
+                                                                const std::string& from) {
+            rejections.add(name, number_of(from), what, [from] { return from; });
+        };
         commands_.push_back(node_.hear(
             {topic, type, depth},
-            [this, type, taken = std::move(taken)](const Message& message, std::uint64_t from) {
+            [this, type, reject, taken = std::move(taken)](const Message& message, const std::string& from) {
                 heard_ = middleware::now();
-                drivers_.sent(from);
-                taken(*type, message);
+                drivers_.sent(number_of(from));
+                if (const auto what = taken(*type, message); !what.empty()) reject(what, from);
             },
-            [this](const std::string&) { ++strangers_; }));
+            reject));
     }
     template <class F> void offer(const std::string& name, const char* type, F&& answer) {
         const auto its = ServiceType::find(type);
@@ -194,7 +196,6 @@ class ServedTopics final : public middleware::ServedTopics {
     std::vector<std::shared_ptr<ros::Subscriber>> commands_;
     middleware::Turns drivers_; ///< who send to any of them
     std::vector<std::shared_ptr<ros::ServiceServer>> services_;
-    std::atomic<int> strangers_{0};
 };
 
 } // namespace

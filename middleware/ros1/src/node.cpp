@@ -170,12 +170,12 @@ void Node::open() {
         const auto type = MessageType::find("rosgraph_msgs/Clock");
         clock_ = hear(
             {"/clock", type, 1},
-            [type, to = told_time_](const Message& message, std::uint64_t) {
+            [type, to = told_time_](const Message& message, const std::string&) {
                 double time = 0;
                 type->field("clock")->read(&message, &time, 1);
                 *to = time;
             },
-            [](const std::string&) {});
+            [](const std::string&, const std::string&) {});
     }
     outbox_.open();
 }
@@ -265,9 +265,9 @@ void Node::publish(const TopicOptions& topic, const std::shared_ptr<middleware::
     outbox_.add(end);
 }
 
-std::shared_ptr<ros::Subscriber> Node::hear(const TopicOptions& topic,
-                                            std::function<void(const Message&, std::uint64_t)> taken,
-                                            std::function<void(const std::string&)> refused) {
+std::shared_ptr<ros::Subscriber> Node::hear(
+    const TopicOptions& topic, std::function<void(const Message&, const std::string&)> taken,
+    std::function<void(const std::string&, const std::string&)> refused) {
     const auto receive = [message = std::static_pointer_cast<Message>(topic.type->make()), type = topic.type,
                           taken = std::move(taken),
                           refused = std::move(refused)](const ros::MessageEvent<const Raw>& event) {
@@ -277,16 +277,15 @@ std::shared_ptr<ros::Subscriber> Node::hear(const TopicOptions& topic,
             return found == header.end() ? std::string() : found->second;
         };
         if (said("md5sum") != type->md5())
-            return refused("'" + event.getPublisherName() + "' sends " + said("type") + " (" +
-                           said("md5sum") + "), not " + type->name() + " (" + type->md5() +
-                           "); correct argument 'type'");
+            return refused(said("type") + " (" + said("md5sum") + "), not " + type->name() + " (" +
+                               type->md5() + ")",
+                           event.getPublisherName());
         try {
             type->decode(event.getConstMessage()->bytes, *message);
         } catch (const std::runtime_error& error) {
-            return refused("a message of '" + event.getPublisherName() + "' is no " + type->name() + ": " +
-                           error.what());
+            return refused("what is no " + type->name() + ": " + error.what(), event.getPublisherName());
         }
-        taken(*message, std::hash<std::string>()(event.getPublisherName()));
+        taken(*message, event.getPublisherName());
     };
     ros::SubscribeOptions options;
     options.initByFullCallbackType<const ros::MessageEvent<const Raw>&>(
@@ -336,11 +335,12 @@ std::shared_ptr<middleware::Incoming> Node::subscribe(const TopicOptions& topic,
     const std::weak_ptr<LiveIncoming> to = end;
     end->subscription = hear(
         topic,
-        [to](const Message& message, std::uint64_t) {
+        [to](const Message& message, const std::string&) {
             if (const auto still = to.lock()) still->receive(&message);
         },
-        [to](const std::string& why) {
-            if (const auto still = to.lock()) still->refuse(why);
+        [to](const std::string& what, const std::string& from) {
+            if (const auto still = to.lock())
+                still->refuse("'" + from + "' sends " + what + "; correct argument 'type', or that node");
         });
     return end;
 }

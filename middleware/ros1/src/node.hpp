@@ -16,6 +16,9 @@ namespace bf::ros1 {
 
 class Frames;
 
+/// Of a node, by its name.
+inline std::uint64_t number_of(const std::string& node) { return std::hash<std::string>()(node); }
+
 /// How a program appears among others.
 struct NodeOptions {
     std::string name = "blockfactory";
@@ -79,11 +82,11 @@ class Node final : public Connection {
                                                      const std::string& source) override;
     bool can_save() const override { return false; }
 
-    /// Calls `taken` in the node's thread for each message, or `refused` with what is wrong with it, as long
-    /// as somebody has what is returned. Messages come with a number of the node that has sent them.
-    std::shared_ptr<ros::Subscriber> hear(const TopicOptions& topic,
-                                          std::function<void(const Message&, std::uint64_t)> taken,
-                                          std::function<void(const std::string&)> refused);
+    /// Calls `taken` in the node's thread for each message with the node that has sent it, as long as
+    /// somebody has what is returned; or `refused` with what that sends in place of such messages.
+    std::shared_ptr<ros::Subscriber> hear(
+        const TopicOptions& topic, std::function<void(const Message&, const std::string& node)> taken,
+        std::function<void(const std::string& what, const std::string& node)> refused);
     /// The whole name of what is called so in the node's namespace. Throws std::runtime_error.
     std::string resolve(const std::string& name) const;
     std::shared_ptr<Publisher> advertise(const TopicOptions& topic);

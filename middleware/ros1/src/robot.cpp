@@ -204,10 +204,12 @@ class Topics final : public middleware::RobotTopics {
         const auto type = MessageType::find(name);
         return node_.hear(
             {topic, type, 1},
-            [type, taken = std::move(taken)](const Message& message, std::uint64_t from) {
-                taken(*type, message, from);
+            [type, taken = std::move(taken)](const Message& message, const std::string& from) {
+                taken(*type, message, number_of(from));
             },
-            [this](const std::string& why) { tell(why); });
+            [this](const std::string& what, const std::string& from) {
+                tell("'" + from + "' sends " + what);
+            });
     }
     static double stamp(const MessageType& type, const Message& message) {
         return numbers(type, message, "header.stamp")[0];

@@ -24,21 +24,21 @@ class Frames {
             topics_.push_back(node.hear(
                 {"/clock", type, 10},
                 [told = told_time_, field = type->field("clock"), type](const Message& message,
-                                                                        std::uint64_t) {
+                                                                        const std::string&) {
                     double time = 0;
                     field->read(&message, &time, 1);
                     *told = time;
                 },
-                [](const std::string&) {}));
+                [](const std::string&, const std::string&) {}));
         }
         for (const bool is_static : {false, true})
             topics_.push_back(node.hear(
                 {is_static ? "/tf_static" : "/tf", transforms_type(), 100},
-                [self, is_static](const Message& message, std::uint64_t) {
+                [self, is_static](const Message& message, const std::string&) {
                     if (const auto its = self.lock()) its->listener.take(frames_of(message, is_static));
                 },
-                [self](const std::string& why) {
-                    if (const auto its = self.lock()) its->listener.leave_out(why);
+                [self](const std::string& what, const std::string& from) {
+                    if (const auto its = self.lock()) its->listener.leave_out("'" + from + "' sends " + what);
                 }));
     }
 

@@ -1,20 +1,21 @@
 // A master of ROS 1 for the tests, and programs that are not ours.
 #pragma once
 
+#include "patience.hpp"
 #include "program.hpp"
 #include "running.hpp"
 
 #include <arpa/inet.h>
-#include <functional>
 #include <gtest/gtest.h>
-#include <memory>
 #include <netinet/in.h>
+#include <optional>
 #include <string>
 #include <sys/socket.h>
 #include <vector>
 
 namespace bf::ros1::test {
 
+using middleware::test::expect_refusal_with, middleware::test::refusal_with, middleware::test::steps_until;
 using middleware::test::Folder, middleware::test::Program;
 
 /// A socket of this computer; bound to a port where there is one, otherwise connected to it.
@@ -73,32 +74,29 @@ inline bool waits_for_answers(int port) {
     return false;
 }
 
-/// Steps until it is so; false: it never was.
-inline bool steps_until(toolbox::test::Running& run, const std::function<bool()>& is_so) {
-    for (int k = 0; k < 5000; ++k, usleep(1000)) {
-        if (!run.step()) return false;
-        if (is_so()) return true;
+/// Outside of the ports that the system gives to programs, so that it stays free between two masters.
+inline int port_of_master() {
+    constexpr int first = 20'000, count = 10'000;
+    for (int k = 0; k < count; ++k) {
+        const int port = first + (getpid() + k) % count;
+        if (!answers(port)) return port;
     }
-    return false;
+    return 0;
 }
 
-/// What tests derive from that need a master, of which there is one for all: roscpp asks once where it is.
+/// What tests derive from that need a master. Each has its own, which knows no nodes that another test has
+/// killed: a program that gets the port of one of them is taken for it. roscpp asks once where the master is.
 class WithMaster : public ::testing::Test {
   protected:
     void SetUp() override {
         if (!has_master()) GTEST_SKIP() << "there is no rosmaster";
-        static const std::unique_ptr<Program> master = start();
-        ASSERT_TRUE(master) << "rosmaster does not start";
-    }
-
-  private:
-    static std::unique_ptr<Program> start() {
-        const int port = free_port();
+        static const int port = port_of_master();
         setenv("ROS_MASTER_URI", ("http://127.0.0.1:" + std::to_string(port)).c_str(), 1);
         setenv("ROS_IP", "127.0.0.1", 1);
-        auto master = std::make_unique<Program>(master_at(port));
-        return waits_for_answers(port) ? std::move(master) : nullptr;
+        master.emplace(master_at(port));
+        ASSERT_TRUE(waits_for_answers(port)) << "rosmaster does not start";
     }
+    std::optional<Program> master;
 };
 
 } // namespace bf::ros1::test

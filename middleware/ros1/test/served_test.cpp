@@ -239,18 +239,21 @@ TEST_F(Ros1Served, FollowsATrajectoryToItsEndAndStaysThere) {
 }
 
 TEST_F(Ros1Served, LeavesOutWhatIsOfAnotherRobot) {
-    for (const std::vector<std::string>& words :
-         {std::vector<std::string>{"send", "trajectory_msgs/JointTrajectory",
-                                   "/left/joint_trajectory_controller/command", "50",
-                                   "m.joint_names=['elbow']"},
-          {"send", "std_msgs/Float64MultiArray", "/left/effort_controller/command", "50",
-           "m.data=[1.0,float('nan'),2.0]"}}) {
+    for (const auto& [what, words] : std::vector<std::pair<std::string, std::vector<std::string>>>{
+             {"a trajectory that names 'elbow', but the joints are l_hip_pitch, l_knee, l_ankle_roll",
+              {"send", "trajectory_msgs/JointTrajectory", "/left/joint_trajectory_controller/command", "50",
+               "m.joint_names=['elbow']"}},
+             {"nan for the joint 'l_knee'",
+              {"send", "std_msgs/Float64MultiArray", "/left/effort_controller/command", "50",
+               "m.data=[1.0,float('nan'),2.0]"}}}) {
         Serving served("/left");
         expect_contains(served.line(), "serves the ");
         Peer peer(words);
-        expect_contains(served.line(),
-                        "left out a command that has not one finite number for each of its joints, or a "
-                        "trajectory that it cannot follow; so are those that follow");
+        const std::string told = served.line();
+        expect_contains(told, "left out what came to the topic '/left/");
+        expect_contains(told, "_controller/command': the node '/peer_");
+        expect_contains(told, " sends " + what);
+        expect_contains(told, "; so are those that follow");
     }
 }
 
@@ -258,7 +261,11 @@ TEST_F(Ros1Served, LeavesOutMessagesOfAnotherType) {
     Serving served("/other");
     expect_contains(served.line(), "serves the ");
     Peer text({"send", "std_msgs/String", "/other/effort_controller/command", "50", "m.data='x'"});
-    expect_contains(served.line(), "left out a command");
+    const std::string told = served.line();
+    expect_contains(told,
+                    "left out what came to the topic '/other/effort_controller/command': the node '/peer_");
+    expect_contains(
+        told, " sends std_msgs/String (992ce8a1687cec8c8bd883ec73ca41d1), not std_msgs/Float64MultiArray");
 }
 
 TEST_F(Ros1Served, IsTheOnlyOneOfItsName) {

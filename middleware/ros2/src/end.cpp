@@ -31,35 +31,29 @@ class ServedTopics final : public middleware::ServedTopics {
     void close() noexcept override { node_.close(); }
 
     void hear_references(const std::string& topic,
-                         std::function<void(std::span<const double>)> taken) override {
-        commands_.push_back(node_.subscribe(
-            messages::numbers(), topic, {1, true},
-            [taken = std::move(taken), drivers = drivers_](const void* message, std::uint64_t from) {
-                drivers->sent(from);
-                const auto& data = static_cast<const messages::Numbers*>(message)->data;
-                taken({data.data, data.size});
-            }));
+                         std::function<std::string(std::span<const double>)> taken) override {
+        hear(messages::numbers(), topic, {1, true}, [taken = std::move(taken)](const void* message) {
+            const auto& data = static_cast<const messages::Numbers*>(message)->data;
+            return taken({data.data, data.size});
+        });
     }
     void hear_trajectories(const std::string& topic,
-                           std::function<void(const middleware::JointTrajectory&)> taken) override {
-        commands_.push_back(node_.subscribe(
-            messages::trajectory(), topic, {},
-            [taken = std::move(taken), drivers = drivers_](const void* message, std::uint64_t program) {
-                drivers->sent(program);
-                const auto& from = *static_cast<const messages::Trajectory*>(message);
-                middleware::JointTrajectory to;
-                for (std::size_t i = 0; i < from.joint_names.size; ++i)
-                    to.joints.push_back(messages::text(from.joint_names.data[i]));
-                const auto numbers = [](const rosidl_runtime_c__double__Sequence& all) {
-                    return std::vector<double>(all.data, all.data + all.size);
-                };
-                for (std::size_t i = 0; i < from.points.size; ++i) {
-                    const auto& point = from.points.data[i];
-                    to.points.push_back({point.time_from_start.sec + point.time_from_start.nanosec / 1e9,
-                                         numbers(point.positions), numbers(point.velocities)});
-                }
-                taken(to);
-            }));
+                           std::function<std::string(const middleware::JointTrajectory&)> taken) override {
+        hear(messages::trajectory(), topic, {}, [taken = std::move(taken)](const void* message) {
+            const auto& from = *static_cast<const messages::Trajectory*>(message);
+            middleware::JointTrajectory to;
+            for (std::size_t i = 0; i < from.joint_names.size; ++i)
+                to.joints.push_back(messages::text(from.joint_names.data[i]));
+            const auto numbers = [](const rosidl_runtime_c__double__Sequence& all) {
+                return std::vector<double>(all.data, all.data + all.size);
+            };
+            for (std::size_t i = 0; i < from.points.size; ++i) {
+                const auto& point = from.points.data[i];
+                to.points.push_back({point.time_from_start.sec + point.time_from_start.nanosec / 1e9,
+                                     numbers(point.positions), numbers(point.velocities)});
+            }
+            return taken(to);
+        });
     }
     void offer(const std::string& name, std::function<std::string(bool&)> answer) override {
         services_.push_back(messages::serve(node_, "~/" + name, std::move(answer)));
@@ -111,15 +105,28 @@ class ServedTopics final : public middleware::ServedTopics {
         return all;
     }
     bool has_double() const noexcept override { return joints_->others() > 0; }
-    bool has_two_drivers() const noexcept override { return drivers_->are_two(); }
+    bool has_two_drivers() const noexcept override { return drivers_.are_two(); }
 
   private:
+    void hear(const MessageMemory& type, const std::string& topic, const Quality& quality,
+              std::function<std::string(const void*)> taken) {
+        commands_.push_back(node_.subscribe(type, topic, quality,
+                                            [this, name = node_.resolve(topic), taken = std::move(taken)](
+                                                const void* message, std::uint64_t from) {
+                                                drivers_.sent(from);
+                                                if (const auto what = taken(message); !what.empty())
+                                                    rejections.add(name, from, what, [this, name, from] {
+                                                        return node_.publisher(name, from);
+                                                    });
+                                            }));
+    }
+
     Node node_;
     std::vector<std::string> wrench_names_, imu_names_;
     std::shared_ptr<Publisher> joints_, clock_;
     std::vector<std::shared_ptr<Publisher>> wrenches_, imus_;
     std::vector<std::shared_ptr<Subscription>> commands_;
-    const std::shared_ptr<middleware::Turns> drivers_ = std::make_shared<middleware::Turns>(); ///< of all
+    middleware::Turns drivers_; ///< who send to any of them
     std::vector<std::shared_ptr<Service>> services_;
     std::shared_ptr<messages::JointState> joint_ =
         messages::make<messages::JointState>(messages::joint_state());

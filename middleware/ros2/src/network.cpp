@@ -164,10 +164,6 @@ class Streams final : public toolbox::StreamConnection {
     double now() const noexcept override { return context_ ? context_->now() : 0; }
     bool has_time() const noexcept override { return context_ && context_->told_time != Context::awaited; }
     /// A time that others send on /clock may go at any pace, so it is looked at again and again.
-    void sleep_until(double time) const noexcept override {
-        for (double left; (left = time - now()) > 0 && !is_interrupted();)
-            std::this_thread::sleep_for(std::chrono::duration<double>(std::min(left, 1e-3)));
-    }
 
   private:
     static constexpr const char* no_simulators =

@@ -67,6 +67,28 @@ void ignore(rcl_ret_t code) noexcept {
     if (code != RCL_RET_OK) rcl_reset_error();
 }
 
+/// A number of the program that has that publisher: the numbers of all that it has in DDS begin alike
+/// (GuidPrefix_t, RTPS 2.5, 8.2.4).
+std::uint64_t program_of(const std::uint8_t* publisher) {
+    constexpr std::size_t prefix = 12;
+    return std::hash<std::string_view>()({reinterpret_cast<const char*>(publisher), prefix});
+}
+
+/// Calls `told(node, program)` for each publisher of the topic. Returns how many there are.
+template <class F> int each_publisher(const rcl_node_t& node, const char* topic, F&& told) {
+    auto all = rcl_get_zero_initialized_topic_endpoint_info_array();
+    auto allocator = rcutils_get_default_allocator();
+    ignore(rcl_get_publishers_info_by_topic(&node, &allocator, topic, false, &all));
+    for (std::size_t i = 0; i < all.size; ++i) {
+        const auto& its = all.info_array[i];
+        const std::string space = its.node_namespace;
+        told((space == "/" ? "" : space) + "/" + its.node_name, program_of(its.endpoint_gid));
+    }
+    const auto count = static_cast<int>(all.size);
+    ignore(rmw_topic_endpoint_info_array_fini(&all, &allocator));
+    return count;
+}
+
 } // namespace
 
 void check(rcl_ret_t code, const std::string& what) {
@@ -182,12 +204,8 @@ void Subscription::add_to(rcl_wait_set_t& set) {
 }
 void Subscription::take() {
     rmw_message_info_t info = rmw_get_zero_initialized_message_info();
-    while (rcl_take(&handle_, message_.get(), &info, nullptr) == RCL_RET_OK) {
-        // The numbers of all that a program has in DDS begin alike: GuidPrefix_t, RTPS 2.5, 8.2.4.
-        constexpr std::size_t prefix = 12;
-        const std::string_view program(reinterpret_cast<const char*>(info.publisher_gid.data), prefix);
-        taken_(message_.get(), std::hash<std::string_view>()(program));
-    }
+    while (rcl_take(&handle_, message_.get(), &info, nullptr) == RCL_RET_OK)
+        taken_(message_.get(), program_of(info.publisher_gid.data));
     rcl_reset_error();
 }
 
@@ -226,19 +244,13 @@ int Publisher::others() const noexcept {
     return static_cast<int>(count) - 1;
 }
 std::string Publisher::another() const {
-    auto all = rcl_get_zero_initialized_topic_endpoint_info_array();
-    auto allocator = rcutils_get_default_allocator();
-    ignore(rcl_get_publishers_info_by_topic(&context_->node, &allocator,
-                                            rcl_publisher_get_topic_name(&handle_), false, &all));
     const std::string own = rcl_node_get_fully_qualified_name(&context_->node);
     std::string other; // which may have our name
-    for (std::size_t i = 0; all.size > 1 && i < all.size; ++i) {
-        const std::string space = all.info_array[i].node_namespace;
-        const std::string its = (space == "/" ? "" : space) + "/" + all.info_array[i].node_name;
-        if (other.empty() || its != own) other = its;
-    }
-    ignore(rmw_topic_endpoint_info_array_fini(&all, &allocator));
-    return other;
+    const int count = each_publisher(context_->node, rcl_publisher_get_topic_name(&handle_),
+                                     [&](const std::string& its, std::uint64_t) {
+                                         if (other.empty() || its != own) other = its;
+                                     });
+    return count > 1 ? other : "";
 }
 
 Service::Service(std::shared_ptr<Context> context, const rosidl_service_type_support_t* support,
@@ -328,6 +340,25 @@ void Node::close() noexcept {
     ignore(rcl_guard_condition_fini(&changed_));
     changed_ = rcl_get_zero_initialized_guard_condition();
     context_.reset();
+}
+
+std::string Node::resolve(const std::string& topic) const {
+    char* name = nullptr;
+    const auto allocator = rcutils_get_default_allocator();
+    check(rcl_node_resolve_name(&context_->node, topic.c_str(), allocator, false, false, &name),
+          "'" + topic + "' is no topic");
+    std::string whole = name;
+    allocator.deallocate(name, allocator.state);
+    return whole;
+}
+
+std::string Node::publisher(const std::string& topic, std::uint64_t program) const {
+    std::string node;
+    each_publisher(context_->node, topic.c_str(), [&](const std::string& its, std::uint64_t number) {
+        // A program is known a little before its nodes; rmw_dds_common says so by this name.
+        if (number == program && its.find("_NODE_NAME_UNKNOWN_") == its.npos) node = its;
+    });
+    return node;
 }
 
 template <class T> std::shared_ptr<T> Node::awaited(std::shared_ptr<T> entity) {

@@ -163,6 +163,11 @@ class Node {
     void open();
     void close() noexcept;
     std::shared_ptr<Context> context() const { return context_; }
+    /// The whole name of a topic. Throws std::runtime_error.
+    std::string resolve(const std::string& topic) const;
+    /// The node of the program with that number that publishes the topic of that whole name; empty: none is
+    /// known.
+    std::string publisher(const std::string& topic, std::uint64_t program) const;
 
     std::shared_ptr<Subscription> subscribe(const MessageMemory& type, const std::string& topic,
                                             const Quality& quality,

@@ -1,14 +1,14 @@
 // Models around a node of ROS 2.
 #pragma once
 
+#include "patience.hpp"
 #include "running.hpp"
 
-#include <functional>
 #include <string>
-#include <unistd.h>
 
 namespace bf::ros2::test {
 
+using middleware::test::expect_refusal_with, middleware::test::refusal_with, middleware::test::steps_until;
 using toolbox::test::expect_contains;
 using toolbox::test::refusal;
 using toolbox::test::Running;
@@ -18,14 +18,6 @@ inline std::string model(const std::string& blocks, const std::string& connectio
     return "model: m\nplugins: [Ros2, WholeBodyToolbox]\nstep: 0.01\n" +
            (inputs.empty() ? "" : "inputs: {" + inputs + "}\n") + "blocks:\n  node: {block: Ros2/Node" +
            node + "}\n" + blocks + (connections.empty() ? "" : "connections: {" + connections + "}\n");
-}
-/// Steps until it is so; false: it never was.
-inline bool steps_until(Running& run, const std::function<bool()>& is_so) {
-    for (int k = 0; k < 5000; ++k, usleep(1000)) {
-        if (!run.step()) return false;
-        if (is_so()) return true;
-    }
-    return false;
 }
 
 } // namespace bf::ros2::test

@@ -4,6 +4,7 @@
 #include "bf/middleware/topic_robot.hpp"
 #include "cycles.hpp"
 #include "end.hpp"
+#include "patience.hpp"
 #include "peer.hpp"
 #include "served.hpp"
 
@@ -17,9 +18,12 @@ namespace {
 
 using middleware::HostOptions;
 using middleware::test::diagram;
+using middleware::test::expect_refusal_with;
 using middleware::test::icub;
 using middleware::test::icub_world;
+using middleware::test::refusal_with;
 using middleware::test::Served;
+using middleware::test::waiting;
 using toolbox::test::expect_contains;
 using toolbox::test::refusal;
 using toolbox::test::Running;
@@ -209,11 +213,10 @@ TEST_F(Ros2Robot, IsNotDrivenByTwoDiagrams) {
     InRealTime served("/icub");
     const std::string drive = "  c: {block: Constant, value: [0 0 0]}\n  drive: {block: "
                               "WholeBodyToolbox/SetReferences, control_type: Position Direct}\n";
-    std::string second = remote(drive, "  c: drive\n", ", node: second");
-    second.replace(second.find("start_timeout: 30"), 17, "start_timeout: 3");
+    const std::string second = remote(drive, "  c: drive\n", ", node: second");
     {
         Running first(remote(drive, "  c: drive\n"));
-        expect_contains(refusal(second), "the node '/icub/blockfactory' sends commands to it; end it first");
+        expect_refusal_with("the node '/icub/blockfactory' sends commands to it; end it first", second);
     }
     Running next(second);
     EXPECT_TRUE(next.step()) << next.simulation.failure();
@@ -229,8 +232,8 @@ TEST_F(Ros2Robot, IsDrivenByWhoeverWaitsSoonAfterAnotherProgramWasKilled) {
     Program first({BF_PROGRAM, "run", folder.write("drive.yaml", remote(drive, "  c: drive\n")), "--stop",
                    "Inf", "--quiet"});
     for (int k = 0; k < 6000 && served.events() != "came"; ++k) usleep(10'000);
-    std::string next = remote(drive, "  c: drive\n", ", node: next");
-    next.replace(next.find("start_timeout: 30"), 17, "start_timeout: 15"); // less than DDS's lease of 20 s
+    const std::string next =
+        waiting(remote(drive, "  c: drive\n", ", node: next"), "15"); // less than DDS's lease of 20 s
     std::atomic<bool> is_killed{false};
     const auto killed = std::async(std::launch::async, [&] {
         usleep(2'000'000);
@@ -307,9 +310,8 @@ TEST_F(Ros2Robot, RefusesToStepWhatGoesByTheClock) {
     Peer states({"send", "sensor_msgs/msg/JointState", "/other/joint_states", "100",
                  "m.name=['l_hip_pitch','l_knee','l_ankle_roll']; m.position=m.velocity=[0.1]*3"});
     std::string text = remote("", "", ", step_size: 0.001");
-    text.replace(text.find("/icub"), 5, "/other")
-        .replace(text.find("start_timeout: 30"), 17, "start_timeout: 5");
-    expect_contains(refusal(text), "it has no services 'robot/step' and 'robot/pause'");
+    text.replace(text.find("/icub"), 5, "/other");
+    expect_refusal_with("it has no services 'robot/step' and 'robot/pause'", text);
 }
 
 TEST_F(Ros2Robot, LeavesNothingBehindHoweverOftenBothSidesStart) {
@@ -334,19 +336,16 @@ TEST_F(Ros2Robot, SaysThatItsStartIsInterrupted) {
 }
 
 TEST_F(Ros2Robot, SaysWhatIsMissing) {
-    const auto wrong = [](const std::string& settings) {
-        std::string text = remote("", "", settings);
-        return refusal(text.replace(text.find("start_timeout: 30"), 17, "start_timeout: 2"));
-    };
-    expect_contains(wrong(""),
+    const auto wrong = [](const std::string& settings) { return waiting(remote("", "", settings), "2"); };
+    expect_contains(refusal(wrong("")),
                     "world: ROS 2 robot in the namespace /icub: no message came on the topic 'joint_states' "
                     "within 1.6 s; start the robot, or correct namespace and states");
-    expect_contains(wrong(", imus: \"{'base'}\""), "the sensor 'base' is not given as name=topic");
+    expect_contains(refusal(wrong(", imus: \"{'base'}\"")), "the sensor 'base' is not given as name=topic");
     InRealTime served("/icub");
-    expect_contains(
-        wrong(", joints: \"{'l_knee', 'r_knee'}\""),
-        "the topic 'joint_states' tells nothing of r_knee within 1.6 s; it has l_hip_pitch, l_knee, "
-        "l_ankle_roll");
+    const std::string why =
+        refusal_with("tells nothing of r_knee", wrong(", joints: \"{'l_knee', 'r_knee'}\""));
+    expect_contains(why, "the topic 'joint_states' tells nothing of r_knee within ");
+    expect_contains(why, " s; it has l_hip_pitch, l_knee, l_ankle_roll");
     Running deaf(
         remote("  c: {block: Constant, value: [0 0 0]}\n  drive: {block: WholeBodyToolbox/SetReferences, "
                "control_type: Torque}\n",
@@ -485,12 +484,26 @@ TEST_F(Ros2Served, TellsWhatItHasLeftOut) {
     Served served(end_in("/other", true), diagram(icub + icub_world));
     const auto shown = show(served);
     EXPECT_EQ(shown->take_news(), "");
-    Peer size({"send", "std_msgs/msg/Float64MultiArray", "/icub/effort_controller/commands", "50",
-               "m.data=[1.0,2.0]"});
-    std::string news;
-    for (int k = 0; k < 2000 && news.empty(); ++k, usleep(10'000)) news = shown->take_news();
-    EXPECT_EQ(news, "left out a command that has not one finite number for each of its joints, or a "
-                    "trajectory that it cannot follow; so are those that follow");
+    const auto news = [&] {
+        std::string its;
+        for (int k = 0; k < 2000 && its.empty(); ++k, usleep(10'000)) its = shown->take_news();
+        return its;
+    };
+    const std::string efforts = "/icub/effort_controller/commands";
+    std::optional<Peer> peer;
+    const auto sends = [&](const std::string& data) {
+        peer.emplace(std::vector<std::string>{"send", "std_msgs/msg/Float64MultiArray", efforts, "50",
+                                              "m.data=" + data});
+    };
+    sends("[1.0,2.0]");
+    EXPECT_EQ(news(), "left out what came to the topic '" + efforts +
+                          "': the node '/peer' sends 2 numbers, but the joints are l_hip_pitch, l_knee, "
+                          "l_ankle_roll; so are those that follow");
+    sends("[1.0,float('nan'),2.0]");
+    EXPECT_EQ(news(), "left out what came to the topic '" + efforts +
+                          "': the node '/peer' sends nan for the joint 'l_knee'; so are those that follow");
+    usleep(200'000);
+    EXPECT_EQ(shown->take_news(), "") << "each is told once";
 }
 
 TEST_F(Ros2Served, TellsOfTwoControllers) {

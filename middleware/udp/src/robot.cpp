@@ -10,6 +10,7 @@
 #include <mutex>
 #include <optional>
 #include <stdexcept>
+#include <utility>
 
 namespace bf::udp {
 
@@ -300,8 +301,10 @@ class End final : public middleware::RobotEnd {
     }
     bool is_gone() noexcept override { return now() - heard_ > gone_after; }
     Counts counts() const noexcept override { return arrivals_.counts(); }
-    const char* what_is_rejected() const noexcept override {
-        return "a datagram that has another key, version or size, or was sent again by somebody";
+    std::string take_rejection() override {
+        if (counts().rejected == 0 || std::exchange(is_told_, true)) return "";
+        return "left out a datagram that has another key, version or size, or was sent again by somebody; so "
+               "are those that follow";
     }
     const std::string& name() const noexcept override { return name_; }
 
@@ -385,6 +388,7 @@ class End final : public middleware::RobotEnd {
     std::vector<std::byte> datagram_;
     int pauses_ = 0;
     bool has_spoken_ = false; ///< the controller, by a command
+    bool is_told_ = false;    ///< that something was left out
     Socket socket_;           ///< its thread ends first
 };
 

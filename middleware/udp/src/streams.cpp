@@ -233,13 +233,6 @@ std::shared_ptr<toolbox::SimulatorServer> StreamsConnection::serve_simulator(con
 }
 
 double StreamsConnection::now() const noexcept { return system_time(); }
-void StreamsConnection::sleep_until(double time) const noexcept {
-    const double duration = time - now();
-    if (!(duration > 0)) return;
-    const double whole = std::floor(duration);
-    timespec left{static_cast<time_t>(whole), static_cast<long>((duration - whole) * 1e9)};
-    while (nanosleep(&left, &left) != 0) continue;
-}
 
 // ---- in the socket's thread
 

@@ -56,7 +56,6 @@ class StreamsConnection final : public toolbox::StreamConnection {
     std::shared_ptr<toolbox::SimulatorServer> serve_simulator(const std::string& name,
                                                               double step_size) override;
     double now() const noexcept override;
-    void sleep_until(double time) const noexcept override;
 
   private:
     class Reader;

@@ -458,10 +458,6 @@ class Connection final : public toolbox::StreamConnection {
     }
     double now() const noexcept override { return os::Time::now(); }
     bool has_time() const noexcept override { return joined().has_time(); }
-    void sleep_until(double time) const noexcept override {
-        const double left = time - now();
-        if (left > 0) os::Time::delay(left);
-    }
 
   private:
     template <class T, class... Values> std::shared_ptr<T> opened(const Values&... values) {

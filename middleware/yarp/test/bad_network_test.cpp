@@ -3,6 +3,7 @@
 // of.
 #include "bad_network.hpp"
 #include "bf/middleware/clock.hpp"
+#include "patience.hpp"
 #include "program.hpp"
 #include "running.hpp"
 #include "served.hpp"
@@ -208,9 +209,7 @@ TEST_F(YarpBadNetwork, EndsARunWhoseServerDiesOrStallsAndTheNextOneGoesOn) {
         }
         // While there is none, or one that stands still.
         const double begin = now();
-        std::string impatient = text;
-        impatient.replace(impatient.find("start_timeout: 60"), 17, "start_timeout: 3");
-        expect_contains(refusal(impatient), "YARP robot 'icubSim': ");
+        expect_contains(refusal(middleware::test::waiting(text, "3")), "YARP robot 'icubSim': ");
         EXPECT_LT(now() - begin, soon);
         if (is_killed) {
             served = serve_by_the_clock("6");
@@ -232,9 +231,8 @@ TEST_F(YarpBadNetwork, EndsARunWhoseServerDiesOrStallsAndTheNextOneGoesOn) {
 
 /// YARP still waits for an answer, in a thread, when the program ends.
 TEST_F(YarpBadNetwork, LeavesNoProgramThatHangs) {
-    std::string text = driving("udp", ", timeout: 10, silence: 20", "Torque", "0 -1 0");
-    text.replace(text.find("start_timeout: 60"), 17, "start_timeout: 20");
-    const std::string model = write("drives.yaml", text);
+    const std::string text = driving("udp", ", timeout: 10, silence: 20", "Torque", "0 -1 0"),
+                      model = write("drives.yaml", middleware::test::waiting(text, "20"));
     for (const bool is_begun : {true, false}) {
         auto served = serve_by_the_clock("6");
         says(*served, "serves the robot");

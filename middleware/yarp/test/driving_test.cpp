@@ -1,5 +1,6 @@
 // Who drives a world of `bf serve --yarp`: in which units, one diagram alone, and until it has left.
 #include "bf/middleware/clock.hpp"
+#include "patience.hpp"
 #include "serving.hpp"
 
 #include <functional>
@@ -194,16 +195,15 @@ TEST_F(YarpServe, IsNotDrivenByTwoDiagrams) {
     const auto served = serve(by_the_clock);
     ASSERT_TRUE(is_there("/clock/rpc"));
     Client board("remote_controlboard", "/icubSim/left_leg", "/test/leg"); // which only looks
-    const std::string second = driven("Position Direct", ", start_timeout: 3"),
-                      next = driven("Position Direct", ", start_timeout: 60");
+    const std::string next = driven("Position Direct", ", start_timeout: 60");
     {
         Running first(driven("Position Direct", ", start_timeout: 60, local: /first"));
         ASSERT_TRUE(leads_to(first, [&] { return are_in(board, VOCAB_CM_POSITION_DIRECT); }))
             << first.simulation.failure();
-        expect_contains(
-            refusal(second),
+        middleware::test::expect_refusal_with(
             "YARP robot 'icubSim': the diagram with the port /first/icubSim/left_leg/rpc:o drives its "
-            "joint 'l_hip_pitch'; end that one first, or give each diagram joints of its own");
+            "joint 'l_hip_pitch'; end that one first, or give each diagram joints of its own",
+            next);
         EXPECT_TRUE(are_in(board, VOCAB_CM_POSITION_DIRECT)) << "nothing was taken from the first one";
         EXPECT_TRUE(first.step()) << first.simulation.failure();
     }

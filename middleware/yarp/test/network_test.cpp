@@ -1,6 +1,7 @@
 // A diagram drives boards of another program, which a name server knows.
 #include "../../test/served.hpp"
 #include "bf/core/interrupt.hpp"
+#include "patience.hpp"
 #include "running.hpp"
 #include "stand.hpp"
 
@@ -47,11 +48,10 @@ TEST_F(YarpBoards, LeadsToBoardsOfAnotherProgramUntilTheyAreKilled) {
     setenv("YARP_CONFIG_HOME", folder_.c_str(), 1);
     const auto server = name_server();
     ASSERT_TRUE(is_there("/root"));
-    std::string impatient = robot;
-    impatient.replace(impatient.find("start_timeout: 20"), 17, "start_timeout: 2");
     const double asked = middleware::now();
-    expect_contains(refusal(impatient), "robot: YARP robot 'icubSim': there is no control board at "
-                                        "/icubSim/left_leg within start_timeout (2 s); start the robot's");
+    expect_contains(refusal(middleware::test::waiting(robot, "2")),
+                    "robot: YARP robot 'icubSim': there is no control board at "
+                    "/icubSim/left_leg within start_timeout (2 s); start the robot's");
     EXPECT_GT(middleware::now() - asked, 1.7);
     static std::string waits;
     listen_to_waits([](const char* what) { waits += what; });

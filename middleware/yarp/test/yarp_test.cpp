@@ -3,6 +3,7 @@
 #include "alone.hpp"
 #include "cycles.hpp"
 #include "heap.hpp"
+#include "patience.hpp"
 #include "running.hpp"
 
 #include <cstring>
@@ -376,9 +377,7 @@ TEST_F(YarpRobot, ReadsSensorsThatStreamAndThoseOfAServer) {
 TEST_F(YarpRobot, SaysWhatIsMissing) {
     Pretended pretended;
     expect_contains(refusal(robot("")), "argument 'boards' is empty; name the robot's control boards");
-    std::string elsewhere = robot(", boards: \"{'right_leg'}\"");
-    elsewhere.replace(elsewhere.find("start_timeout: 20"), 17, "start_timeout: 2");
-    expect_contains(refusal(elsewhere),
+    expect_contains(refusal(middleware::test::waiting(robot(", boards: \"{'right_leg'}\""), "2")),
                     "robot: YARP robot 'icubSim': there is no control board at /icubSim/right_leg within "
                     "start_timeout (2 s); start the robot's interface, or correct robot and boards");
     for (const std::string name : {"", "/x", "x/", "a b", "a//b"}) {

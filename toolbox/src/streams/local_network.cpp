@@ -223,7 +223,6 @@ class LocalConnection final : public StreamConnection {
         return std::make_shared<LocalServer>(folder_, name, step_size);
     }
     double now() const noexcept override { return seconds(CLOCK_REALTIME); }
-    void sleep_until(double time) const noexcept override { sleep(time - now()); }
 
   private:
     bool has_writer(const std::string& stream) const {

@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <cerrno>
 #include <chrono>
 #include <cmath>
 #include <cstdint>
@@ -17,6 +16,7 @@
 #include <ctime>
 #include <stdexcept>
 #include <thread>
+#include <utility>
 
 namespace bf::toolbox {
 
@@ -197,17 +197,12 @@ class NetworkClock final : public Block {
     }
 };
 
+void sleep(double duration) noexcept { std::this_thread::sleep_for(std::chrono::duration<double>(duration)); }
+
 double system_time() noexcept {
     timespec time{};
     clock_gettime(CLOCK_MONOTONIC, &time);
     return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
-
-void sleep_until(double end) noexcept {
-    const double whole = std::floor(end);
-    const timespec time{static_cast<time_t>(whole), static_cast<long>((end - whole) * 1e9)};
-    while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &time, nullptr) == EINTR) {
-    }
 }
 
 /// 31 years: no run takes longer, and times of the schedule fit.
@@ -254,8 +249,9 @@ class RealTimeSynchronizer final : public Block {
 
     /// Step k is due at begin + k interval.
     struct Schedule {
-        double begin = 0, worst = 0;
+        double begin = 0, worst = 0, seen = 0; ///< s; the newest time
         std::int64_t next = 0, steps = 0, overruns = 0;
+        char told[160] = "";
     };
     OutsideState<Schedule> schedule{this, [] { return std::make_shared<Schedule>(); }};
 
@@ -268,31 +264,23 @@ class RealTimeSynchronizer final : public Block {
     Status output(Now at, Out out) const noexcept override {
         Schedule& s = at[schedule];
         const double T = *interval > 0 ? *interval : at.period();
-        if (s.steps == 0) await_time(at);
-        double now = time(at), late = 0;
-        if (s.steps == 0) s.begin = now;
-        const double due = s.begin + static_cast<double>(s.next) * T;
-        if (now < due) {
-            // In parts, so that somebody can interrupt it.
-            for (double part = now; part < due && !is_interrupted();) {
-                part = std::min(part + 0.1, due);
-                if (network.index() >= 0)
-                    at[network].sleep_until(part);
-                else
-                    sleep_until(part);
-            }
-            if (is_interrupted()) return Status::failure(interrupted);
-        } else if (s.steps > 0) {
-            late = now - due;
+        if (s.steps == 0) {
+            await_time(at);
+            s.begin = s.seen = time(at);
+        }
+        const double due = s.begin + static_cast<double>(s.next) * T, late = time(at) - due;
+        const bool is_late = s.steps > 0 && late > resolution;
+        if (is_late) {
             ++s.overruns;
             s.worst = std::max(s.worst, late);
             if (skip) s.next += static_cast<std::int64_t>(late / T);
         }
+        if (const Status waited = wait_until(at, due); !waited) return waited;
         ++s.next;
         ++s.steps;
         if (report) {
             out[overruns] = static_cast<double>(s.overruns);
-            out[lateness] = late;
+            out[lateness] = is_late ? late : 0;
         }
         return ok;
     }
@@ -307,12 +295,39 @@ class RealTimeSynchronizer final : public Block {
     }
 
   private:
+    static constexpr double resolution = 1e-9; ///< of clocks, s
+
     /// A simulator that runs already tells no time that steps would be late for.
     void await_time(Now at) const noexcept {
         if (network.index() < 0) return;
         for (int ms = 0; !at[network].has_time() && !is_interrupted(); ++ms) {
             if (ms == 500) tell_wait("the simulated time of the network, which nobody has told yet");
             std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        }
+    }
+    /// In parts, so that somebody can interrupt it, and as a simulated time may take any time or stand still.
+    Status wait_until(Now at, double due) const noexcept {
+        Schedule& s = at[schedule];
+        bool is_told = false;
+        for (double moved = system_time();;) {
+            if (is_interrupted()) return Status::failure(interrupted);
+            const double now = time(at), before = std::exchange(s.seen, now), left = due - now;
+            if (now < before - resolution) {
+                std::snprintf(s.told, sizeof s.told,
+                              "the time of the network went back from t = %.9g s to t = %.9g s, as where a "
+                              "simulator begins again; start this run anew",
+                              before, now);
+                return Status::failure(s.told);
+            }
+            if (!(left > 0)) return ok;
+            if (now > before) moved = system_time();
+            if (!is_told && system_time() - moved > 0.5) {
+                is_told = true;
+                std::snprintf(s.told, sizeof s.told,
+                              "the simulated time of the network, which stands still at t = %.9g s", now);
+                tell_wait(s.told);
+            }
+            sleep(std::min(left, network.index() >= 0 ? 1e-3 : 0.1));
         }
     }
     double time(Now at) const noexcept { return network.index() >= 0 ? at[network].now() : system_time(); }
@@ -440,9 +455,10 @@ void add_streams(Library& library) {
         .add<RealTimeSynchronizer>(
             "RealTimeSynchronizer",
             "Holds each step until its time: step k is not done before that of the first one + k interval. A "
-            "step that comes later is an overrun; they are counted, and told when the run ends. `bf run "
-            "--realtime` does the same for whole models, with more to say. Errors: neither an interval nor a "
-            "sample time.")
+            "step that comes later is an overrun; they are counted, and told when the run ends. A simulated "
+            "time that stands still is waited for, and that is told. `bf run --realtime` does the same for "
+            "whole models, with more to say. Errors: neither an interval nor a sample time; the time of the "
+            "network goes back.")
         .add<SimulatorSynchronizer>(
             "SimulatorSynchronizer",
             "Steps a simulator of another program by its interval in each step, and waits until that is "

@@ -36,8 +36,8 @@ class RobotEnd {
     virtual bool wants_reset() const noexcept { return false; }
     virtual void reset() noexcept {}
     virtual Counts counts() const noexcept { return {}; }
-    /// What it counts as rejected, in a sentence that begins with "left out".
-    virtual const char* what_is_rejected() const noexcept { return "a message that is not for it"; }
+    /// What was left out and nobody was told yet, as a sentence; empty: nothing.
+    virtual std::string take_rejection() { return ""; }
     /// Does another program show a robot of the same name, where nobody can be kept from it?
     virtual bool has_double() const noexcept { return false; }
     /// Do two controllers command it by turns, where nobody can be kept from it?

@@ -3,6 +3,7 @@
 
 #include "bf/middleware/joint_path.hpp"
 #include "bf/middleware/outbox.hpp"
+#include "bf/middleware/rejections.hpp"
 #include "bf/middleware/robot_host.hpp"
 #include "bf/middleware/topic_robot.hpp"
 
@@ -23,17 +24,19 @@ class ServedTopics {
     /// Nothing is called any more when this returns.
     virtual void close() noexcept = 0;
 
+    /// `taken` says of a command that it leaves out what was sent, for the rejections; empty: it has taken
+    /// it.
     virtual void hear_references(const std::string& topic,
-                                 std::function<void(std::span<const double>)> taken) = 0;
+                                 std::function<std::string(std::span<const double>)> taken) = 0;
     virtual void hear_trajectories(const std::string& topic,
-                                   std::function<void(const JointTrajectory&)> taken) = 0;
+                                   std::function<std::string(const JointTrajectory&)> taken) = 0;
     /// Services ROBOT/NAME of std_srvs: Trigger, and SetBool with what is asked. They answer whether it is
     /// done, and why not.
     virtual void offer(const std::string& name, std::function<std::string(bool& is_done)> answer) = 0;
     virtual void offer(const std::string& name,
                        std::function<std::string(bool asked, bool& is_done)> answer) = 0;
-    /// How many messages came to the topics of commands that are of another type.
-    virtual int strangers() const noexcept { return 0; }
+    /// Of commands, also those of another type.
+    Rejections rejections;
 
     /// The thread that sends looks at it as long as somebody else has it, too.
     virtual void add(const std::shared_ptr<Sender>& sender) = 0;

@@ -91,8 +91,6 @@ class StreamConnection {
     virtual double now() const noexcept = 0;
     /// False: its time is a simulated one, and nobody has told it yet.
     virtual bool has_time() const noexcept { return true; }
-    /// Waits until that time.
-    virtual void sleep_until(double time) const noexcept = 0;
 };
 
 /// A network that can be connected to. Resource of the blocks over streams. What it opens cannot be saved: a

@@ -27,9 +27,7 @@ class Hosted final : public ServedRobot {
         if (end_->has_double() && !std::exchange(is_doubled_, true))
             return "another program shows a robot of the same name, and controllers see both by turns; end "
                    "it, or give one of them another name";
-        if (end_->has_two_drivers() && !std::exchange(is_torn_, true))
-            return "two controllers send commands to it by turns; end one of them";
-        return end_->take_rejection();
+        return end_->take_news();
     }
     int gone() const noexcept override { return host_.gone(); }
 
@@ -54,8 +52,7 @@ class Hosted final : public ServedRobot {
     const HostOptions options_;
     const std::unique_ptr<RobotEnd> end_;
     RobotHost host_;
-    bool is_doubled_ = false; ///< which was told, as the next
-    bool is_torn_ = false;    ///< between two controllers
+    bool is_doubled_ = false; ///< which was told
 };
 
 } // namespace

@@ -84,8 +84,8 @@ class States final : public Sender {
     bool have_come_ = false; ///< readers, since then
 };
 
-/// How many programs send commands, looked at in the thread that sends, whether another one is in the robot's
-/// place, and whose commands are left out.
+/// How many programs send commands, looked at in the thread that sends, what is told of them, and whether
+/// another one is in the robot's place.
 class Watch final : public Sender {
   public:
     explicit Watch(ServedTopics& topics) : topics_(topics) {}
@@ -94,7 +94,7 @@ class Watch final : public Sender {
         last_ = now();
         writers = topics_.writers();
         is_doubled = topics_.has_double();
-        topics_.rejections.find_names();
+        topics_.news.find_names([this](std::uint64_t program) { return topics_.node_of(program); });
     }
     std::atomic<bool> is_doubled{false};
     std::atomic<int> writers{0};
@@ -167,7 +167,6 @@ class TopicEnd final : public RobotEnd {
         steps_bell_.ring();
     }
     bool has_double() const noexcept override { return watch_->is_doubled; }
-    bool has_two_drivers() const noexcept override { return topics_->has_two_drivers(); }
     void show_gains(const double*) noexcept override {}
 
     /// In the thread of the steps.
@@ -225,8 +224,8 @@ class TopicEnd final : public RobotEnd {
         if (is) is_ours_ = is_following_ = false; // while its time stands still no state tells so
         return is;
     }
-    Counts counts() const noexcept override { return {.rejected = topics_->rejections.count()}; }
-    std::string take_rejection() override { return topics_->rejections.take(); }
+    Counts counts() const noexcept override { return {.rejected = topics_->news.rejected()}; }
+    std::string take_news() override { return topics_->news.take(); }
     const std::string& name() const noexcept override { return name_; }
 
   private:

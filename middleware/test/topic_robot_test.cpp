@@ -120,6 +120,7 @@ class Offered final : public ServedTopics {
                          std::function<std::string(std::span<const double>)> taken) override {
         its_.references[topic] = std::move(taken);
     }
+    std::string node_of(std::uint64_t) const override { return ""; }
     void hear_trajectories(const std::string&,
                            std::function<std::string(const JointTrajectory&)> taken) override {
         its_.trajectories = std::move(taken);

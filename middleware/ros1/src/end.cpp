@@ -1,12 +1,13 @@
 // A robot of ours that programs of ROS 1 drive.
 #include "bf/middleware/topic_end.hpp"
-#include "bf/middleware/turns.hpp"
 #include "draft.hpp"
 #include "master.hpp"
 #include "robot.hpp"
 
 #include <algorithm>
 #include <atomic>
+#include <map>
+#include <mutex>
 #include <ros/network.h>
 #include <ros/xmlrpc_manager.h>
 #include <utility>
@@ -129,7 +130,11 @@ class ServedTopics final : public middleware::ServedTopics {
     }
     /// The master ends a node when another one of its name comes.
     bool has_double() const noexcept override { return !ros::ok(); }
-    bool has_two_drivers() const noexcept override { return drivers_.are_two(); }
+    std::string node_of(std::uint64_t program) const override {
+        const std::lock_guard lock(mutex_);
+        const auto found = nodes_.find(program);
+        return found == nodes_.end() ? "" : found->second;
+    }
 
   private:
     struct Sensor {
@@ -138,18 +143,26 @@ class ServedTopics final : public middleware::ServedTopics {
     };
     void hear(const std::string& topic, int depth, const std::shared_ptr<const MessageType>& type,
               std::function<std::string(const MessageType&, const Message&)> taken) {
-        const auto reject = [this, name = node_.resolve(topic)](const std::string& what,
-                                                                const std::string& from) {
-            rejections.add(name, number_of(from), what, [from] { return from; });
+        const auto leave_out = [this, name = node_.resolve(topic)](const std::string& what,
+                                                                   const std::string& from) {
+            news.left_out(name, number_of(from), what);
+        };
+        const auto came = [this](const std::string& from) {
+            const std::lock_guard lock(mutex_);
+            nodes_.try_emplace(number_of(from), from);
         };
         commands_.push_back(node_.hear(
             {topic, type, depth},
-            [this, type, reject, taken = std::move(taken)](const Message& message, const std::string& from) {
+            [=, this, taken = std::move(taken)](const Message& message, const std::string& from) {
                 heard_ = middleware::now();
-                drivers_.sent(number_of(from));
-                if (const auto what = taken(*type, message); !what.empty()) reject(what, from);
+                came(from);
+                news.came(number_of(from));
+                if (const auto what = taken(*type, message); !what.empty()) leave_out(what, from);
             },
-            reject));
+            [=](const std::string& what, const std::string& from) {
+                came(from);
+                leave_out(what, from);
+            }));
     }
     template <class F> void offer(const std::string& name, const char* type, F&& answer) {
         const auto its = ServiceType::find(type);
@@ -194,7 +207,8 @@ class ServedTopics final : public middleware::ServedTopics {
     std::shared_ptr<Publisher> joints_, clock_;
     std::vector<Sensor> wrenches_, imus_;
     std::vector<std::shared_ptr<ros::Subscriber>> commands_;
-    middleware::Turns drivers_; ///< who send to any of them
+    mutable std::mutex mutex_;                   ///< of the next
+    std::map<std::uint64_t, std::string> nodes_; ///< that have sent to any of them
     std::vector<std::shared_ptr<ros::ServiceServer>> services_;
 };
 

@@ -61,7 +61,9 @@ bool runs(const std::string& name) {
         return false;
     XmlRpc::XmlRpcValue caller;
     caller[0] = ros::this_node::getName();
-    return ask(its, "getPid", caller, 1).has_value(); // one that was killed is still known
+    // One that was killed is still known, and refuses at once; where packets are lost others answer seconds
+    // later.
+    return ask(its, "getPid", caller, 5).has_value();
 }
 
 /// roscpp takes messages from this computer alone when it is told a name such as localhost, but its port for

@@ -200,7 +200,10 @@ TEST_F(Ros1Served, TellsOfTwoControllers) {
     };
     const auto one = sends("effort_controller"), other = sends("velocity_controller");
     expect_contains(served.line(), "a controller has come");
-    expect_contains(served.line(), "two controllers send commands to it by turns; end one of them");
+    const std::string told = served.line();
+    expect_contains(told, ": the node '/peer_");
+    expect_contains(told, "' and the node '/peer_");
+    expect_contains(told, "' send commands to it by turns; end one of them");
 }
 
 TEST_F(Ros1Served, EndsItsDiagramWhereItsServerDies) {

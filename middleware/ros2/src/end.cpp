@@ -2,7 +2,6 @@
 
 #include "bf/middleware/fields.hpp"
 #include "bf/middleware/topic_end.hpp"
-#include "bf/middleware/turns.hpp"
 #include "messages.hpp"
 
 #include <cstdint>
@@ -105,7 +104,12 @@ class ServedTopics final : public middleware::ServedTopics {
         return all;
     }
     bool has_double() const noexcept override { return joints_->others() > 0; }
-    bool has_two_drivers() const noexcept override { return drivers_.are_two(); }
+    std::string node_of(std::uint64_t program) const override {
+        std::string node;
+        for (const auto& each : commands_)
+            if (node.empty()) node = each->publisher(program);
+        return node;
+    }
 
   private:
     void hear(const MessageMemory& type, const std::string& topic, const Quality& quality,
@@ -113,11 +117,9 @@ class ServedTopics final : public middleware::ServedTopics {
         commands_.push_back(node_.subscribe(type, topic, quality,
                                             [this, name = node_.resolve(topic), taken = std::move(taken)](
                                                 const void* message, std::uint64_t from) {
-                                                drivers_.sent(from);
+                                                news.came(from);
                                                 if (const auto what = taken(message); !what.empty())
-                                                    rejections.add(name, from, what, [this, name, from] {
-                                                        return node_.publisher(name, from);
-                                                    });
+                                                    news.left_out(name, from, what);
                                             }));
     }
 
@@ -126,7 +128,6 @@ class ServedTopics final : public middleware::ServedTopics {
     std::shared_ptr<Publisher> joints_, clock_;
     std::vector<std::shared_ptr<Publisher>> wrenches_, imus_;
     std::vector<std::shared_ptr<Subscription>> commands_;
-    middleware::Turns drivers_; ///< who send to any of them
     std::vector<std::shared_ptr<Service>> services_;
     std::shared_ptr<messages::JointState> joint_ =
         messages::make<messages::JointState>(messages::joint_state());

@@ -199,6 +199,15 @@ int Subscription::writers() const noexcept {
     ignore(rcl_subscription_get_publisher_count(&handle_, &count));
     return static_cast<int>(count);
 }
+std::string Subscription::publisher(std::uint64_t program) const {
+    std::string node;
+    each_publisher(context_->node, rcl_subscription_get_topic_name(&handle_),
+                   [&](const std::string& its, std::uint64_t number) {
+                       // A program is known a little before its nodes; rmw_dds_common says so by this name.
+                       if (number == program && its.find("_NODE_NAME_UNKNOWN_") == its.npos) node = its;
+                   });
+    return node;
+}
 void Subscription::add_to(rcl_wait_set_t& set) {
     ignore(rcl_wait_set_add_subscription(&set, &handle_, nullptr));
 }
@@ -350,15 +359,6 @@ std::string Node::resolve(const std::string& topic) const {
     std::string whole = name;
     allocator.deallocate(name, allocator.state);
     return whole;
-}
-
-std::string Node::publisher(const std::string& topic, std::uint64_t program) const {
-    std::string node;
-    each_publisher(context_->node, topic.c_str(), [&](const std::string& its, std::uint64_t number) {
-        // A program is known a little before its nodes; rmw_dds_common says so by this name.
-        if (number == program && its.find("_NODE_NAME_UNKNOWN_") == its.npos) node = its;
-    });
-    return node;
 }
 
 template <class T> std::shared_ptr<T> Node::awaited(std::shared_ptr<T> entity) {

@@ -80,6 +80,8 @@ class Subscription final : public Awaited {
     ~Subscription() override;
     /// How many send to the topic.
     int writers() const noexcept;
+    /// The node of the program with that number that does; empty: none is known.
+    std::string publisher(std::uint64_t program) const;
     void add_to(rcl_wait_set_t& set) override;
     void take() override;
 
@@ -165,9 +167,6 @@ class Node {
     std::shared_ptr<Context> context() const { return context_; }
     /// The whole name of a topic. Throws std::runtime_error.
     std::string resolve(const std::string& topic) const;
-    /// The node of the program with that number that publishes the topic of that whole name; empty: none is
-    /// known.
-    std::string publisher(const std::string& topic, std::uint64_t program) const;
 
     std::shared_ptr<Subscription> subscribe(const MessageMemory& type, const std::string& topic,
                                             const Quality& quality,

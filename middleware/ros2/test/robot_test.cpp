@@ -522,7 +522,7 @@ TEST_F(Ros2Served, TellsOfTwoControllers) {
     const auto other = sends("velocity_controller"); // whatever their topics are
     std::string news;
     for (int k = 0; k < 3000 && news.empty(); ++k, usleep(10'000)) news = shown->take_news();
-    EXPECT_EQ(news, "two controllers send commands to it by turns; end one of them");
+    EXPECT_EQ(news, "the node '/peer' and the node '/peer' send commands to it by turns; end one of them");
 }
 
 TEST_F(Ros2Served, TellsOfAnotherRobotOfItsName) {

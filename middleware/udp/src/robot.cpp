@@ -301,7 +301,7 @@ class End final : public middleware::RobotEnd {
     }
     bool is_gone() noexcept override { return now() - heard_ > gone_after; }
     Counts counts() const noexcept override { return arrivals_.counts(); }
-    std::string take_rejection() override {
+    std::string take_news() override {
         if (counts().rejected == 0 || std::exchange(is_told_, true)) return "";
         return "left out a datagram that has another key, version or size, or was sent again by somebody; so "
                "are those that follow";

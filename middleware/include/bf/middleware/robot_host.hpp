@@ -36,12 +36,10 @@ class RobotEnd {
     virtual bool wants_reset() const noexcept { return false; }
     virtual void reset() noexcept {}
     virtual Counts counts() const noexcept { return {}; }
-    /// What was left out and nobody was told yet, as a sentence; empty: nothing.
-    virtual std::string take_rejection() { return ""; }
+    /// What nobody was told yet of those who command it, as a sentence; empty: nothing.
+    virtual std::string take_news() { return ""; }
     /// Does another program show a robot of the same name, where nobody can be kept from it?
     virtual bool has_double() const noexcept { return false; }
-    /// Do two controllers command it by turns, where nobody can be kept from it?
-    virtual bool has_two_drivers() const noexcept { return false; }
     /// How users call it, such as "robot 'icub' in shared memory".
     virtual const std::string& name() const noexcept = 0;
 };

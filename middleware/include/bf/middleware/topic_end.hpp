@@ -1,9 +1,9 @@
 // A robot of ours behind joint states and topics of commands, as ROS has them.
 #pragma once
 
+#include "bf/middleware/driver_news.hpp"
 #include "bf/middleware/joint_path.hpp"
 #include "bf/middleware/outbox.hpp"
-#include "bf/middleware/rejections.hpp"
 #include "bf/middleware/robot_host.hpp"
 #include "bf/middleware/topic_robot.hpp"
 
@@ -24,8 +24,7 @@ class ServedTopics {
     /// Nothing is called any more when this returns.
     virtual void close() noexcept = 0;
 
-    /// `taken` says of a command that it leaves out what was sent, for the rejections; empty: it has taken
-    /// it.
+    /// `taken` says of a command that it leaves out what was sent, for the news; empty: it has taken it.
     virtual void hear_references(const std::string& topic,
                                  std::function<std::string(std::span<const double>)> taken) = 0;
     virtual void hear_trajectories(const std::string& topic,
@@ -35,8 +34,8 @@ class ServedTopics {
     virtual void offer(const std::string& name, std::function<std::string(bool& is_done)> answer) = 0;
     virtual void offer(const std::string& name,
                        std::function<std::string(bool asked, bool& is_done)> answer) = 0;
-    /// Of commands, also those of another type.
-    Rejections rejections;
+    /// Of commands, also those of another type, in the thread that hears them.
+    DriverNews news;
 
     /// The thread that sends looks at it as long as somebody else has it, too.
     virtual void add(const std::shared_ptr<Sender>& sender) = 0;
@@ -51,8 +50,8 @@ class ServedTopics {
     virtual void send_time(double time) = 0;
     virtual int readers() const noexcept = 0; ///< of states, wrenches and IMUs
     virtual int writers() const noexcept = 0; ///< of commands
-    /// Do two programs send commands by turns?
-    virtual bool has_two_drivers() const noexcept { return false; }
+    /// The name of a node of the program with that number, which has sent commands; empty: it is not known.
+    virtual std::string node_of(std::uint64_t program) const = 0;
     /// Does another program show a robot in this one's place?
     virtual bool has_double() const noexcept = 0;
 };

@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <utility>
 
 namespace bf::middleware {
 
@@ -12,6 +13,8 @@ class Turns {
     void sent(std::uint64_t who) noexcept;
     /// Has one sent between two messages of another program, within a second?
     bool are_two() const noexcept { return are_two_; }
+    /// The last two who have sent; in that thread.
+    std::pair<std::uint64_t, std::uint64_t> newest() const noexcept { return {before_, newest_}; }
 
   private:
     std::uint64_t newest_ = 0, before_ = 0;

@@ -156,8 +156,10 @@ class ServedTopics final : public middleware::ServedTopics {
             [=, this, taken = std::move(taken)](const Message& message, const std::string& from) {
                 heard_ = middleware::now();
                 came(from);
-                news.came(number_of(from));
-                if (const auto what = taken(*type, message); !what.empty()) leave_out(what, from);
+                if (const auto what = taken(*type, message); what.empty())
+                    news.came(number_of(from));
+                else
+                    leave_out(what, from);
             },
             [=](const std::string& what, const std::string& from) {
                 came(from);

@@ -117,8 +117,9 @@ class ServedTopics final : public middleware::ServedTopics {
         commands_.push_back(node_.subscribe(type, topic, quality,
                                             [this, name = node_.resolve(topic), taken = std::move(taken)](
                                                 const void* message, std::uint64_t from) {
-                                                news.came(from);
-                                                if (const auto what = taken(message); !what.empty())
+                                                if (const auto what = taken(message); what.empty())
+                                                    news.came(from);
+                                                else
                                                     news.left_out(name, from, what);
                                             }));
     }

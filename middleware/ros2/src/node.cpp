@@ -14,6 +14,7 @@
 #include <rcl/error_handling.h>
 #include <rcl/graph.h>
 #include <rcutils/logging.h>
+#include <set>
 #include <stdexcept>
 #include <string_view>
 #include <unistd.h>
@@ -200,13 +201,16 @@ int Subscription::writers() const noexcept {
     return static_cast<int>(count);
 }
 std::string Subscription::publisher(std::uint64_t program) const {
-    std::string node;
+    std::set<std::string> nodes;
     each_publisher(context_->node, rcl_subscription_get_topic_name(&handle_),
                    [&](const std::string& its, std::uint64_t number) {
                        // A program is known a little before its nodes; rmw_dds_common says so by this name.
-                       if (number == program && its.find("_NODE_NAME_UNKNOWN_") == its.npos) node = its;
+                       if (number == program && its.find("_NODE_NAME_UNKNOWN_") == its.npos)
+                           nodes.insert(its);
                    });
-    return node;
+    std::string text;
+    for (const auto& node : nodes) text += (text.empty() ? "" : "' or '") + node;
+    return text;
 }
 void Subscription::add_to(rcl_wait_set_t& set) {
     ignore(rcl_wait_set_add_subscription(&set, &handle_, nullptr));

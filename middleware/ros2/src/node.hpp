@@ -80,7 +80,7 @@ class Subscription final : public Awaited {
     ~Subscription() override;
     /// How many send to the topic.
     int writers() const noexcept;
-    /// The node of the program with that number that does; empty: none is known.
+    /// The nodes of the program with that number that do, as in "a' or 'b"; empty: none is known.
     std::string publisher(std::uint64_t program) const;
     void add_to(rcl_wait_set_t& set) override;
     void take() override;

@@ -16,9 +16,10 @@ namespace bf::middleware {
 class DriverNews {
   public:
     // In the thread of the middleware. Programs have numbers there.
-    /// A command came.
+    /// A command came, and was taken.
     void came(std::uint64_t from);
-    /// One was left out: `what` the program sends, e.g. "2 numbers, but the joints are hip, knee, ankle".
+    /// One was left out, which takes the robot from nobody: `what` the program sends, e.g. "2 numbers, but
+    /// the joints are hip, knee, ankle".
     void left_out(const std::string& topic, std::uint64_t from, const std::string& what);
 
     std::uint64_t rejected() const noexcept { return rejected_; } ///< how many were left out
